@@ -1,0 +1,48 @@
+"""Muslin: learn cloth animation by filling in the finite-element functions of a working simulator.
+
+The public face, kept stable::
+
+    f = muslin.load("solutions/cloth")                      # the task functions of any folder
+    P = muslin.evaluate(f.dpsi_dF, U=U, dpsi_ds=p, V=V)     # arrays (b, ...) in, array (b, ...) out
+    cloth = muslin.Cloth(mesh, mu=..., lam=..., functions=f)
+    run = muslin.simulate("course", functions=f, steps=300)
+
+Everything is imported on first use, so that `import muslin` costs nothing.
+"""
+
+import os
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
+
+__version__ = "0.1.0"
+
+os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")  # Taichi prints its banner on import
+
+_HOMES = {
+    "load": "muslin.tasks",
+    "evaluate": "muslin.batch",
+    "Mesh": "muslin.mesh",
+    "Cloth": "muslin.cloth",
+    "simulate": "muslin.simulation",
+    "MuslinError": "muslin.errors",
+}
+
+__all__ = ["Cloth", "Mesh", "MuslinError", "evaluate", "load", "simulate"]
+
+if TYPE_CHECKING:
+    from muslin.batch import evaluate
+    from muslin.cloth import Cloth
+    from muslin.errors import MuslinError
+    from muslin.mesh import Mesh
+    from muslin.simulation import simulate
+    from muslin.tasks import load
+
+
+def __getattr__(name: str) -> Any:
+    if name in _HOMES:
+        return getattr(import_module(_HOMES[name]), name)
+    raise AttributeError(f"module 'muslin' has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return sorted([*globals(), *_HOMES])

@@ -1,0 +1,227 @@
+"""The one bridge between numpy and a Taichi function: `evaluate(function, name=array, ...) -> array`.
+
+Tests, the checker and the reference data all cross here. The function runs once per sample in a small kernel
+of its own, so an edit recompiles that kernel and nothing else.
+"""
+
+from __future__ import annotations
+
+import inspect
+import itertools
+import linecache
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from muslin import runtime
+from muslin.errors import MuslinError, StudentCodeError
+from muslin.tasks import KINDS, Task, usable
+
+_kernels: dict[Any, Callable[..., None]] = {}
+_counter = itertools.count()
+
+#: Results of the given functions, for `evaluate(muslin.given.svd, F=..., N=...)`.
+GIVEN_RESULTS = {
+    "svd": ("mat3", "vec3", "mat3"),
+    "dsvd": ("mat3", "vec3", "mat3"),
+    "split": ("vec3",),
+    "diag": ("mat3",),
+    "tangents": ("vec3", "vec3"),
+}
+
+
+def evaluate(
+    function: Callable[..., Any], *, results: tuple[str, ...] | None = None, **arrays: Any
+) -> Any:
+    """Evaluate a Taichi function on a batch of samples.
+
+    Parameters
+    ----------
+    function : taichi function
+        A task function of `muslin.load`, a given function, or any `@ti.func` on scalars, vectors and matrices.
+    results : tuple of str, optional
+        Kinds of what the function returns (keys of `muslin.tasks.KINDS`); known for task and given functions.
+    **arrays : array_like, (b, ...)
+        One array per argument, by name. An argument without the leading axis is used for every sample.
+
+    Returns
+    -------
+    ndarray, (b, ...) or tuple of ndarray
+        A tuple where the function returns several values.
+
+    Raises
+    ------
+    NotImplementedYet
+        If the function is still the stub.
+    StudentCodeError
+        If it cannot be compiled, or does not return what its task says.
+    MuslinError
+        If an argument is missing, unknown, or has the wrong shape.
+    """
+    usable(function)
+    names = list(inspect.signature(function).parameters)
+    task: Task | None = getattr(function, "task", None)
+    title = task.name if task else getattr(function, "__name__", "function")
+    if set(arrays) != set(names):
+        raise MuslinError(f"{title} takes ({', '.join(names)}), not ({', '.join(arrays)}).")
+    if results is None:
+        results = tuple(value.kind for value in task.results) if task else GIVEN_RESULTS.get(title)
+    if results is None:
+        raise MuslinError(f"What {title} returns is not known.", 'Say it: evaluate(..., results=("vec3",)).')
+    kinds = (
+        tuple(value.kind for value in task.arguments)
+        if task
+        else tuple(_kind(title, name, np.asarray(arrays[name])) for name in names)
+    )
+    inputs, batch = _batched(title, names, kinds, [np.asarray(arrays[name]) for name in names])
+    outputs = [_empty(kind, batch) for kind in results]
+    runtime.start()
+    kernel = _kernel(function, title, kinds, results)
+    run(kernel, function, *inputs, *outputs)
+    return outputs[0] if len(outputs) == 1 else tuple(outputs)
+
+
+def run(kernel: Callable[..., None], function: Callable[..., Any], *arguments: Any) -> None:
+    """Launch a kernel around a student function; what goes wrong inside becomes a `StudentCodeError`.
+
+    Raises
+    ------
+    StudentCodeError
+        With the message of Taichi's compiler, and the line of the student's own file where it names one.
+    """
+    ti = runtime.taichi()
+    try:
+        kernel(*arguments)
+    except MuslinError:
+        raise
+    except (ti.TaichiCompilationError, ti.TaichiRuntimeError, Exception) as error:
+        raise explained(error, function) from None
+
+
+def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError:
+    """Taichi's error about a student function, without Taichi's own frames."""
+    found: BaseException | None = error
+    while found is not None:
+        if isinstance(found, MuslinError):
+            return found
+        found = found.__cause__ or found.__context__
+    name = getattr(function, "__name__", "function")
+    source = inspect.getsourcefile(inspect.unwrap(function)) or ""
+    lines = str(error).strip().splitlines()
+    start = next((k for k, line in enumerate(lines) if source and source in line), 0)
+    text = "\n".join(lines[start:]).replace("During the handling of above exception, another exception occurred:", "")
+    return StudentCodeError(f"{name} does not compile:\n{text.strip()}")
+
+
+def _kind(title: str, name: str, array: np.ndarray) -> str:
+    """Kind of an argument of an unlisted function, read off its array."""
+    integer = array.dtype.kind in "iub"
+    for kind, (shape, is_int) in KINDS.items():
+        if is_int == (integer and array.ndim <= 1) and array.ndim in (len(shape), len(shape) + 1):
+            if array.shape[-len(shape) :] == shape if shape else array.ndim <= 1:
+                return kind
+    raise MuslinError(f"{title}: {name} has shape {array.shape}; no scalar, vector or matrix looks like that.")
+
+
+def _batched(
+    title: str, names: list[str], kinds: tuple[str, ...], arrays: list[np.ndarray]
+) -> tuple[list[np.ndarray], int]:
+    sizes = {}
+    for name, kind, array in zip(names, kinds, arrays, strict=True):
+        shape, _ = KINDS[kind]
+        if array.ndim == len(shape) + 1:
+            sizes[name] = len(array)
+        if array.ndim not in (len(shape), len(shape) + 1) or array.shape[array.ndim - len(shape) :] != shape:
+            expected = f"(b, {', '.join(map(str, shape))})" if shape else "(b,)"
+            raise MuslinError(f"{title}: {name} is a {kind} and needs shape {expected}, not {array.shape}.")
+    if len(set(sizes.values())) > 1:
+        raise MuslinError(f"{title}: the arguments have different numbers of samples: {sizes}.")
+    batch = next(iter(sizes.values()), 1)
+    inputs = []
+    for kind, array in zip(kinds, arrays, strict=True):
+        shape, is_int = KINDS[kind]
+        dtype = np.int32 if is_int else np.float64
+        inputs.append(np.array(np.broadcast_to(array, (batch, *shape)), dtype=dtype, order="C"))
+    return inputs, batch
+
+
+def _empty(kind: str, batch: int) -> np.ndarray:
+    shape, is_int = KINDS[kind]
+    return np.zeros((batch, *shape), dtype=np.int32 if is_int else np.float64)
+
+
+def _kernel(
+    function: Callable[..., Any], title: str, kinds: tuple[str, ...], results: tuple[str, ...]
+) -> Callable[..., None]:
+    """Compile, once, the kernel that maps `function` over a batch."""
+    key = (inspect.unwrap(function), kinds, results)
+    if key not in _kernels:
+        _kernels[key] = _make_kernel(function, title, kinds, results)
+    return _kernels[key]
+
+
+def _make_kernel(
+    function: Callable[..., Any], title: str, kinds: tuple[str, ...], results: tuple[str, ...]
+) -> Callable[..., None]:
+    ti = runtime.start()
+    inputs = [f"a{k}" for k in range(len(kinds))]
+    outputs = [f"r{k}" for k in range(len(results))]
+    values = [f"value{k}" for k in range(len(results))]
+    annotated = [
+        f"{name}: types[{kind!r}]" for name, kind in zip(inputs + outputs, kinds + results, strict=True)
+    ]
+    checks = "".join(f"        ti.static(check({value}, {k}))\n" for k, value in enumerate(values))
+    writes = "".join(f"        {out}[sample] = {value}\n" for out, value in zip(outputs, values, strict=True))
+    source = (
+        f"def batch({', '.join(annotated)}):\n"
+        f"    for sample in range({inputs[0]}.shape[0]):\n"
+        f"        {', '.join(values)} = function({', '.join(f'{name}[sample]' for name in inputs)})\n"
+        f"{checks}{writes}"
+    )
+
+    def check(value: Any, k: int) -> bool:
+        shape, _ = KINDS[results[k]]
+        got = _shape(value)
+        if got != shape:
+            what = "" if len(results) == 1 else f" as result {k + 1}"
+            raise StudentCodeError(
+                f"{title} returns {_describe(got)}{what} where {_describe(shape)} is asked."
+            )
+        return True
+
+    scope = {"ti": ti, "function": function, "check": check, "types": array_types()}
+    filename = f"<muslin batch {next(_counter)}: {title}>"
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    exec(compile(source, filename, "exec", dont_inherit=True), scope)
+    return ti.kernel(scope["batch"])  # type: ignore[no-any-return]
+
+
+def _shape(value: Any) -> tuple[int, ...]:
+    """Shape of a value inside a kernel under compilation."""
+    if isinstance(value, (int, float)):
+        return ()
+    if hasattr(value, "is_tensor"):
+        return tuple(value.get_shape()) if value.is_tensor() else ()
+    return tuple(getattr(value, "shape", ()) or ())
+
+
+def _describe(shape: tuple[int, ...]) -> str:
+    if not shape:
+        return "a number"
+    return f"a vector of {shape[0]}" if len(shape) == 1 else f"a {shape[0]}x{shape[1]} matrix"
+
+
+def array_types() -> dict[str, Any]:
+    """Taichi's annotation of a batch of each kind in `KINDS`."""
+    ti = runtime.taichi()
+    types = {}
+    for kind, (shape, is_int) in KINDS.items():
+        scalar = ti.i32 if is_int else ti.f64
+        dtype = scalar
+        if len(shape) == 1:
+            dtype = ti.types.vector(shape[0], scalar)
+        elif len(shape) == 2:
+            dtype = ti.types.matrix(*shape, scalar)
+        types[kind] = ti.types.ndarray(dtype=dtype, ndim=1)
+    return types

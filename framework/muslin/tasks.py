@@ -1,0 +1,306 @@
+"""The task table of an assignment, and any folder of student functions read against it.
+
+A manifest (`assignment.toml`, beside the solution and in every released assignment) is the single list of what
+a student fills in: it drives stub generation, loading, checking, points and the handout's tables. `load` reads
+a folder by path, so any folder with those files is a submission; one broken file costs only its own tasks.
+"""
+
+from __future__ import annotations
+
+import ast
+import contextlib
+import importlib.util
+import inspect
+import re
+import sys
+import textwrap
+import traceback
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from types import MappingProxyType, ModuleType
+from typing import Any
+
+from muslin import paths, runtime
+from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
+
+MANIFEST = "assignment.toml"
+
+#: What an argument or result may be: name -> (shape of one sample, is it an integer).
+KINDS: Mapping[str, tuple[tuple[int, ...], bool]] = MappingProxyType(
+    {
+        "scalar": ((), False),
+        "int": ((), True),
+        "vec2": ((2,), False),
+        "vec3": ((3,), False),
+        "vec4": ((4,), False),
+        "mat2": ((2, 2), False),
+        "mat3": ((3, 3), False),
+    }
+)
+
+
+@dataclass(frozen=True)
+class Value:
+    """An argument or a result of a task: its kind (a key of `KINDS`), unit and meaning."""
+
+    name: str
+    kind: str
+    unit: str
+    meaning: str = ""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One function a student fills in.
+
+    `needs` names the tasks without which this one cannot be tried in the simulator; every task is checked on
+    its own, whatever the state of the others.
+    """
+
+    name: str
+    file: str
+    section: str
+    title: str
+    points: int
+    arguments: tuple[Value, ...]
+    results: tuple[Value, ...]
+    needs: tuple[str, ...] = ()
+    hints: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """A manifest, read."""
+
+    name: str
+    title: str
+    version: str
+    tasks: Mapping[str, Task]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of the files a student hands in, in the order of the handout."""
+        return tuple(dict.fromkeys(task.file for task in self.tasks.values()))
+
+
+def _value(name: str, text: str) -> Value:
+    match = re.fullmatch(r"(\w+) \[([^\]]*)\](?: (.*))?", text)
+    if not match or match[1] not in KINDS:
+        raise MuslinError(
+            f"{name} = {text!r} does not describe a value.",
+            f'Write "kind [unit] meaning" with a kind from: {", ".join(KINDS)}.',
+        )
+    return Value(name, match[1], match[2], match[3] or "")
+
+
+def read_assignment(folder: Path | str) -> Assignment:
+    """Read the manifest in a folder.
+
+    Raises
+    ------
+    MuslinError
+        If there is no manifest or it cannot be understood.
+    """
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib
+
+    path = Path(folder) / MANIFEST
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        tasks = {
+            name: Task(
+                name=name,
+                file=entry["file"],
+                section=entry["section"],
+                title=entry["title"],
+                points=entry["points"],
+                arguments=tuple(_value(key, text) for key, text in entry["arguments"].items()),
+                results=tuple(_value(key, text) for key, text in entry["results"].items()),
+                needs=tuple(entry.get("needs", ())),
+                hints=tuple(entry.get("hints", ())),
+            )
+            for name, entry in table["task"].items()
+        }
+        return Assignment(table["name"], table["title"], table["version"], MappingProxyType(tasks))
+    except FileNotFoundError:
+        raise MuslinError(f"There is no {MANIFEST} in {paths.shown(folder)}.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise MuslinError(f"{paths.shown(path)} is not valid TOML: {error}.") from None
+    except KeyError as error:
+        raise MuslinError(f"{paths.shown(path)} lacks the entry {error}.") from None
+
+
+def assignment(name: str = "cloth") -> Assignment:
+    """Assignment by name, from Muslin's own files.
+
+    Raises
+    ------
+    MuslinError
+        If there is no such assignment; the message lists those there are.
+    """
+    folder = paths.assignment(name)
+    if (folder / MANIFEST).is_file():
+        return read_assignment(folder)
+    if paths.in_repository() and (paths.solution(name) / MANIFEST).is_file():
+        return read_assignment(paths.solution(name))
+    known = sorted(path.parent.name for path in (paths.root() / "assignments").glob(f"*/{MANIFEST}"))
+    raise MuslinError(f"There is no assignment {name!r}.", f"There is: {', '.join(known)}.")
+
+
+class Functions:
+    """Namespace of an assignment's task functions, as found in one folder: `functions.phi` and so on.
+
+    Every task of the manifest has an attribute. Where the function is still the stub, is missing, or its file
+    cannot be imported, the attribute is a function that raises that error when it is called.
+    """
+
+    def __init__(self, folder: Path, table: Assignment, found: dict[str, Callable[..., Any]]):
+        self.folder = folder
+        self.assignment = table
+        self._found = found
+        self.__dict__.update(found)
+
+    def __iter__(self) -> Iterator[Callable[..., Any]]:
+        return iter(self._found.values())
+
+    def __getitem__(self, name: str) -> Callable[..., Any]:
+        return self._found[name]
+
+    def __repr__(self) -> str:
+        return f"<functions of {paths.shown(self.folder)}>"
+
+
+def load(folder: Path | str, assignment_name: str = "cloth") -> Functions:
+    """Read the task functions of any folder.
+
+    Parameters
+    ----------
+    folder : path
+        A folder with (some of) the assignment's files.
+    assignment_name : str
+        Which assignment it answers.
+
+    Returns
+    -------
+    Functions
+        One attribute per task.
+
+    Raises
+    ------
+    MuslinError
+        If the folder does not exist. Faults inside the files are kept for the tasks they concern.
+    """
+    folder = Path(folder)
+    if not folder.is_dir():
+        raise MuslinError(f"There is no folder {paths.shown(folder)}.", "Name a folder with the assignment's files.")
+    table = assignment(assignment_name)
+    modules = {file: _import(folder / file) for file in table.files}
+    return Functions(folder, table, {task.name: _find(task, modules[task.file], folder) for task in table.tasks.values()})
+
+
+def failure_of(function: Callable[..., Any]) -> MuslinError | None:
+    """Why a task function cannot be used (still the stub, missing, file broken), or None if it can."""
+    return getattr(function, "failure", None)
+
+
+def usable(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Pass a task function through, or raise what keeps it from being used."""
+    if (failure := failure_of(function)) is not None:
+        raise failure
+    return function
+
+
+def _import(path: Path) -> ModuleType | MuslinError:
+    """Import one student file on its own, without letting it restart Taichi."""
+    where = paths.shown(path)
+    if not path.is_file():
+        return StudentCodeError(f"{where} is missing.", "Copy it back from the assignment.")
+    runtime.taichi()
+    name = f"muslin_student_{path.stem}_{abs(hash(str(path.resolve()))):x}"
+    spec = importlib.util.spec_from_file_location(name, path)
+    assert spec is not None
+    assert spec.loader is not None
+    module = importlib.util.module_from_spec(spec)
+    try:
+        with _taichi_locked(where):
+            spec.loader.exec_module(module)
+    except MuslinError as error:
+        return error
+    except SyntaxError as error:
+        return StudentCodeError(f"{where}, line {error.lineno}: Python cannot read this: {error.msg}.")
+    except UnicodeDecodeError:
+        return StudentCodeError(f"{where} is not UTF-8 text.", "Save it as UTF-8.")
+    except (Exception, SystemExit) as error:
+        return StudentCodeError(f"{_line_of(error, path)}: importing the file fails: {type(error).__name__}: {error}.")
+    return module
+
+
+@contextlib.contextmanager
+def _taichi_locked(where: str) -> Iterator[None]:
+    """Forbid `ti.init` and `ti.reset` while a student's file is imported."""
+    ti = runtime.taichi()
+    saved = {name: getattr(ti, name) for name in ("init", "reset")}
+
+    def forbidden(*args: Any, **kwargs: Any) -> None:
+        raise StudentCodeError(
+            f"{where} calls ti.init or ti.reset.", "Muslin starts Taichi itself: take that line out."
+        )
+
+    try:
+        for name in saved:
+            setattr(ti, name, forbidden)
+        yield
+    finally:
+        for name, function in saved.items():
+            setattr(ti, name, function)
+
+
+def _line_of(error: BaseException, path: Path) -> str:
+    """`file, line n`: the last line of the student's file that an error passed through."""
+    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == path]
+    return f"{paths.shown(path)}, line {lines[-1]}" if lines else paths.shown(path)
+
+
+def _find(task: Task, module: ModuleType | MuslinError, folder: Path) -> Callable[..., Any]:
+    where = paths.shown(folder / task.file)
+    if isinstance(module, MuslinError):
+        return _failing(task, module)
+    function = getattr(module, task.name, None)
+    if not callable(function):
+        return _failing(task, StudentCodeError(f"{where} has no function {task.name}.", "Copy its first line back."))
+    if not getattr(function, "_is_taichi_function", False):
+        hint = f"Write @ti.func on the line above def {task.name}."
+        return _failing(task, StudentCodeError(f"{task.name} in {where} is not a Taichi function.", hint))
+    expected = [argument.name for argument in task.arguments]
+    given = list(inspect.signature(function).parameters)
+    if given != expected:
+        message = f"{task.name} in {where} takes ({', '.join(given)})."
+        return _failing(task, StudentCodeError(message, f"It must take ({', '.join(expected)})."))
+    if _is_stub(function):
+        return _failing(task, NotImplementedYet(f"not implemented yet: {task.name} ({where})"))
+    function.task = task  # type: ignore[attr-defined]
+    return function
+
+
+def _failing(task: Task, failure: MuslinError) -> Callable[..., Any]:
+    def function(*args: Any, **kwargs: Any) -> Any:
+        raise failure
+
+    function.__name__ = task.name
+    function.task = task  # type: ignore[attr-defined]
+    function.failure = failure  # type: ignore[attr-defined]
+    return function
+
+
+def _is_stub(function: Callable[..., Any]) -> bool:
+    """Whether the body still says `raise NotImplementedError`."""
+    tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(function))))
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Raise) and node.exc is not None:
+            exc = node.exc.func if isinstance(node.exc, ast.Call) else node.exc
+            if isinstance(exc, ast.Name) and exc.id == "NotImplementedError":
+                return True
+    return False
