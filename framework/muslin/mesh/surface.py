@@ -1,0 +1,225 @@
+"""The mesh itself, and the geometry and topology of triangles that a simulator asks for."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from muslin.errors import MeshError
+from muslin.mesh.checks import Places, check_surface
+
+
+@dataclass(frozen=True, eq=False)
+class Mesh:
+    """An undeformed cloth.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float64
+        Undeformed positions X [m].
+    triangles : (m, 3) int32
+        Vertex indices, counterclockwise seen from the side the normal points to.
+    name : str
+    notices : tuple of str
+        What was changed or left out on the way in, for a person to read.
+
+    Notes
+    -----
+    `Mesh.from_arrays`, `load` and the generators check what they return, and their arrays are read-only.
+    """
+
+    vertices: np.ndarray
+    triangles: np.ndarray
+    name: str = "mesh"
+    notices: tuple[str, ...] = ()
+
+    @classmethod
+    def from_arrays(cls, vertices: Any, triangles: Any, name: str = "mesh") -> Mesh:
+        """Convert and check.
+
+        Parameters
+        ----------
+        vertices : (n, 3) or (n, 2) array-like of numbers
+            Positions [m]; two columns are taken as x and y, with z = 0 and a notice.
+        triangles : (m, 3) array-like of whole numbers
+            Vertex indices from 0.
+        name : str
+
+        Raises
+        ------
+        MeshError
+            If the arrays are not of these shapes and kinds, or the mesh cannot be cloth (see `check`).
+        """
+        title = f"Mesh {str(name)!r}"
+        X, notices = flat_to_3d(_numbers(vertices, title, "vertices"), title)
+        T = _indices(triangles, title)
+        check_surface(X, T, Places(title, file=False))
+        return frozen(X, T, str(name), notices)
+
+
+def check(mesh: Mesh) -> None:
+    """Refuse a mesh that cannot be cloth.
+
+    Parameters
+    ----------
+    mesh : Mesh
+
+    Raises
+    ------
+    MeshError
+        If the mesh is empty; has coordinates that are not finite, indices out of range, triangles that
+        repeat a vertex, are flat or occur twice, an edge in more than two triangles, neighbours wound
+        against each other, or vertices in no triangle.
+    """
+    Mesh.from_arrays(mesh.vertices, mesh.triangles, mesh.name)
+
+
+def area_and_normal(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Area and unit normal of each triangle.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float
+        Positions, undeformed or deformed [m].
+    triangles : (m, 3) int
+
+    Returns
+    -------
+    area : (m,) float64
+        [m^2]
+    normal : (m, 3) float64
+        (x1 - x0) x (x2 - x0), normalised; zero where the triangle has collapsed.
+    """
+    x0, x1, x2 = np.moveaxis(np.asarray(vertices, dtype=np.float64)[triangles], 1, 0)
+    n = np.cross(x1 - x0, x2 - x0)
+    length = np.linalg.norm(n, axis=1)
+    return length / 2, n / np.where(length > 0, length, 1.0)[:, None]
+
+
+def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Unit normal at each vertex: the area-weighted mean over the triangles around it.
+
+    Parameters
+    ----------
+    vertices : (n, 3) float
+        Positions, undeformed or deformed [m].
+    triangles : (m, 3) int
+
+    Returns
+    -------
+    (n, 3) float64
+        Zero where the mean vanishes or there are no triangles.
+    """
+    area, normal = area_and_normal(vertices, triangles)
+    weighted = np.repeat(area[:, None] * normal, 3, axis=0)
+    corners = np.ravel(triangles)
+    total = np.stack([np.bincount(corners, weighted[:, k], len(vertices)) for k in range(3)], axis=1)
+    length = np.linalg.norm(total, axis=1)
+    return total / np.where(length > 0, length, 1.0)[:, None]
+
+
+def edges(triangles: np.ndarray) -> np.ndarray:
+    """Edges of the triangles, each once.
+
+    Parameters
+    ----------
+    triangles : (m, 3) int
+
+    Returns
+    -------
+    (e, 2) int32
+        Vertex pairs, lower index first, in ascending order.
+    """
+    return _edges_and_times(triangles)[0]
+
+
+def boundary(triangles: np.ndarray) -> np.ndarray:
+    """Vertices on the boundary: on an edge that belongs to one triangle only.
+
+    Parameters
+    ----------
+    triangles : (m, 3) int
+
+    Returns
+    -------
+    (b,) int32
+        In ascending order.
+    """
+    pairs, times = _edges_and_times(triangles)
+    return np.unique(pairs[times == 1])
+
+
+def _edges_and_times(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    start = np.asarray(triangles, dtype=np.int64).reshape(-1, 3)
+    end = start[:, [1, 2, 0]]
+    n = int(start.max(initial=0)) + 1
+    key, times = np.unique(np.minimum(start, end) * n + np.maximum(start, end), return_counts=True)
+    return np.stack([key // n, key % n], axis=1).astype(np.int32), times
+
+
+def frozen(vertices: np.ndarray, triangles: np.ndarray, name: str, notices: tuple[str, ...] = ()) -> Mesh:
+    """Mesh of private, read-only copies of these (checked) arrays."""
+    X = np.array(vertices, dtype=np.float64, order="C")
+    T = np.array(triangles, dtype=np.int32, order="C")
+    X.setflags(write=False)
+    T.setflags(write=False)
+    return Mesh(X, T, name, notices)
+
+
+def flat_to_3d(points: np.ndarray, title: str) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Points (n, 3) of points (n, 2) or (n, 3), with a notice if z = 0 was added."""
+    if points.ndim == 2 and points.shape[1] == 2:
+        padded = np.column_stack([points, np.zeros(len(points))])
+        return padded, (f"{title} has two coordinates per vertex: taken as x and y, with z = 0.",)
+    if points.ndim == 2 and points.shape[1] == 3:
+        return points, ()
+    if points.size == 0:
+        return points.reshape(0, 3), ()
+    raise MeshError(
+        f"{title}: vertices have shape {points.shape}.",
+        "They should be an array (n, 3): one row x, y, z a vertex.",
+    )
+
+
+def _numbers(values: Any, title: str, what: str) -> np.ndarray:
+    """Float array of anything, or a MeshError: user objects may raise whatever they like on the way."""
+    try:
+        array = np.asarray(values)
+        if array.dtype.kind not in "iufO":
+            raise TypeError(f"they are of type {array.dtype}")
+        return array.astype(np.float64)
+    except Exception as error:
+        raise MeshError(
+            f"{title}: the {what} are not an array of numbers ({_reason(error)}).",
+            "Give them as an array (n, 3), one row a vertex.",
+        ) from None
+
+
+def _indices(values: Any, title: str) -> np.ndarray:
+    """Integer array (m, 3) of anything, or a MeshError."""
+    hint = "Give them as an array (m, 3) of vertex numbers, counting from 0."
+    try:
+        array = np.asarray(values)
+        if array.size == 0:
+            return np.zeros((0, 3), dtype=np.int64)
+        if array.dtype.kind not in "iufO":
+            raise TypeError(f"they are of type {array.dtype}")
+        if array.dtype.kind in "fO":
+            # Whole numbers in floats are welcome; beyond 2^53 they are no vertex numbers.
+            floats = array.astype(np.float64)
+            if not (np.abs(floats) < 2.0**53).all():
+                raise ValueError("some are not finite, or huge")
+            if (floats != np.floor(floats)).any():
+                raise ValueError("some are not whole numbers")
+            array = floats.astype(np.int64)
+    except Exception as error:
+        raise MeshError(f"{title}: the triangles are not vertex numbers ({_reason(error)}).", hint) from None
+    if array.ndim != 2 or array.shape[1] != 3:
+        raise MeshError(f"{title}: triangles have shape {array.shape}.", hint)
+    return array
+
+
+def _reason(error: Exception) -> str:
+    return " ".join(str(error).split())[:150] or type(error).__name__
