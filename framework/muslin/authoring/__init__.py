@@ -1,1 +1,1 @@
-"""For those who write assignments: solutions go in, what students receive and are checked against comes out."""
+"""For those who write assignments: a solution goes in; what students receive and meet comes out."""
