@@ -1,0 +1,234 @@
+"""A student's functions against the reference data that ship with Muslin: no mpmath, no solution needed.
+
+An answer is compared case by case: the Euclidean norm of the difference must not exceed `TOLERANCE` times the
+*natural scale* of the case. That is the norm of the right answer or, where that is larger, the size of the
+terms it is a sum of (`_terms`): near rest a stress is a small difference of large numbers, and its rounding
+error is measured by those. Both are zero only where every term is, and then the answer must be exactly zero.
+"""
+
+from __future__ import annotations
+
+import json
+import zipfile
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from muslin import paths, tasks
+from muslin.errors import MuslinError
+
+#: Largest error of a right answer, relative to the natural scale of the case. Rounding alone makes up to
+#: about 1e-12 on the thinnest triangles of the data; the mildest mistakes make 1e-3.
+TOLERANCE = 1e-9
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What came of one task: `error` is the worst relative error and `case` where it is, if it came that far."""
+
+    task: str
+    ok: bool
+    message: str
+    error: float | None = None
+    case: int | None = None
+
+
+def cases(assignment_name: str, task: str) -> tuple[dict[str, np.ndarray], tuple[np.ndarray, ...]]:
+    """Public cases of a task.
+
+    Parameters
+    ----------
+    assignment_name, task : str
+        Which task.
+
+    Returns
+    -------
+    inputs : dict of ndarray, (b, ...)
+        The arguments by name.
+    expected : tuple of ndarray, (b, ...)
+        The results in order.
+
+    Raises
+    ------
+    MuslinError
+        If there are no such data, or the file is damaged.
+    """
+    entry = tasks.assignment(assignment_name).tasks.get(task)
+    if entry is None:
+        raise MuslinError(f"The assignment {assignment_name!r} has no task {task!r}.")
+    path = paths.reference(assignment_name) / f"{task}.npz"
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            inputs = {value.name: data[value.name] for value in entry.arguments}
+            expected = tuple(data[f"expected_{value.name}"] for value in entry.results)
+    except FileNotFoundError:
+        raise MuslinError(
+            f"There are no reference data for {task}: {paths.shown(path)} is missing."
+        ) from None
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        hint = "Restore it, or install Muslin again."
+        raise MuslinError(f"{paths.shown(path)} is damaged ({error}).", hint) from None
+    return inputs, expected
+
+
+def _size(array: np.ndarray) -> np.ndarray:
+    """Euclidean norm of each sample, (b,)."""
+    flat = np.asarray(array, dtype=np.float64).reshape(len(array), -1)
+    return np.sqrt(np.sum(flat * flat, axis=1))
+
+
+def _largest(inputs: Mapping[str, np.ndarray], *names: str) -> np.ndarray:
+    return np.max([_size(inputs[name]) for name in names], axis=0)
+
+
+#: Size of the terms an answer is a sum of, (b,), by task; 0 where the norm of the answer says enough.
+_terms: Mapping[str, Callable[[Mapping[str, np.ndarray]], Any]] = {
+    "phi": lambda a: 1.0,
+    "dphi_dX": lambda a: 0.0,
+    "interpolate": lambda a: _largest(a, "x0", "x1", "x2") * _size(a["phi"]),
+    "deformation_gradient": lambda a: 1 + _largest(a, "x0", "x1", "x2") * _size(a["dphi_dX"]),
+    "dn_dx": lambda a: 0.0,
+    "mass_block": lambda a: 0.0,
+    "kinetic_energy": lambda a: 0.0,
+    "right_cauchy_green": lambda a: _size(a["F"]) ** 2,
+    "psi": lambda a: 2 * a["mu"] + a["lam"],
+    "dpsi_ds": lambda a: 2 * a["mu"] + a["lam"],
+    "d2psi_ds2": lambda a: 0.0,
+    "dpsi_dF": lambda a: _size(a["dpsi_ds"]),
+    "nodal_force": lambda a: a["h"] * a["area"] * _size(a["P"]) * _size(a["grad_phi"]),
+    "d2psi_dFij": lambda a: (
+        _size(a["dpsi_ds"]) * (_size(a["dU"]) + _size(a["dV"])) + _size(a["d2psi_ds2"]) * _size(a["ds"])
+    ),
+    "eigensystem": lambda a: _size(a["d2psi_ds2"]),
+    "sphere_contact": lambda a: 0.0,
+    "filter_velocity": lambda a: _size(a["v"]),
+}
+
+
+def natural_scale(
+    task: str, expected: np.ndarray, inputs: Mapping[str, np.ndarray], result: int = 0
+) -> np.ndarray:
+    """What errors of a case are measured against: the larger of the answer and the terms it sums, (b,)."""
+    terms = _terms.get(task, lambda a: 0.0)(inputs) if result == 0 else 0.0
+    return np.maximum(_size(expected), terms)
+
+
+def compare(
+    task: tasks.Task,
+    got: np.ndarray | Sequence[np.ndarray],
+    expected: Sequence[np.ndarray],
+    inputs: Mapping[str, np.ndarray],
+    tolerance: float = TOLERANCE,
+) -> Verdict:
+    """Compare the results of a task with the right ones.
+
+    Shapes and types are checked first, then that every number is finite, then the error of every case.
+
+    Parameters
+    ----------
+    task : Task
+        Its entry in the task table.
+    got : ndarray (b, ...), or a sequence of them
+        What was computed.
+    expected : sequence of ndarray, (b, ...)
+        The truth.
+    inputs : dict of ndarray, (b, ...)
+        The arguments by name.
+    tolerance : float
+        Largest relative error of a right answer.
+
+    Returns
+    -------
+    Verdict
+        With a message for people: the worst case, yours, expected, the error.
+    """
+    outputs = (got,) if isinstance(got, np.ndarray) else tuple(got)
+    if len(outputs) != len(expected):
+        return Verdict(task.name, False, f"returns {len(outputs)} values where {len(expected)} are asked.")
+    worst, case, which = 0.0, 0, 0
+    for k, (value, output, right) in enumerate(zip(task.results, outputs, expected, strict=True)):
+        output = np.asarray(output)
+        if output.shape != right.shape:
+            return Verdict(
+                task.name, False, f"{value.name} has shape {output.shape}; asked is {right.shape}."
+            )
+        if output.dtype != right.dtype:
+            message = f"{value.name} is of type {output.dtype}; asked is {right.dtype}."
+            return Verdict(task.name, False, message)
+        flat = output.reshape(len(output), -1)
+        if not np.isfinite(flat).all():
+            first = int(np.flatnonzero(~np.isfinite(flat).all(axis=1))[0])
+            message = (
+                f"case {first}: {value.name} is not finite: {_shown(output[first])}"
+                f"{_for(task, inputs, first)}. Is something divided by zero?"
+            )
+            return Verdict(task.name, False, message, np.inf, first)
+        error = _size(output.astype(np.float64) - right)
+        scale = natural_scale(task.name, right, inputs, k)
+        if right.dtype.kind == "i":  # an integer is right or wrong
+            relative = np.where(error > 0, 1.0, 0.0)
+        else:
+            relative = np.where(error > 0, error / np.where(scale > 0, scale, np.finfo(float).tiny), 0.0)
+        if relative.max(initial=0.0) > worst:
+            worst, case, which = float(relative.max()), int(relative.argmax()), k
+    if worst <= tolerance:
+        count = len(expected[0])
+        return Verdict(
+            task.name, True, f"{count} cases agree; worst relative error {worst:.1e}.", worst, case
+        )
+    name = "" if len(expected) == 1 else f" ({task.results[which].name})"
+    message = (
+        f"worst case {case}{name}: yours {_shown(np.asarray(outputs[which])[case])}, "
+        f"expected {_shown(expected[which][case])}, relative error {worst:.1e}{_for(task, inputs, case)}."
+    )
+    return Verdict(task.name, False, message, worst, case)
+
+
+def check(
+    functions: tasks.Functions, names: Iterable[str] | None = None, tolerance: float = TOLERANCE
+) -> list[Verdict]:
+    """Evaluate a folder's task functions on the public cases.
+
+    A function that is missing, still the stub or broken gets a verdict with the reason; nothing is raised for it.
+
+    Parameters
+    ----------
+    functions : Functions
+        From `muslin.load`.
+    names : iterable of str, optional
+        Which tasks; default all, in the order of the task table.
+    tolerance : float
+        Largest relative error of a right answer.
+
+    Returns
+    -------
+    list of Verdict
+        One per task.
+    """
+    from muslin.batch import evaluate
+
+    table = functions.assignment
+    verdicts = []
+    for name in table.tasks if names is None else names:
+        inputs, expected = cases(table.name, name)
+        try:
+            got = evaluate(functions[name], **inputs)
+        except MuslinError as error:
+            verdicts.append(Verdict(name, False, str(error)))
+        else:
+            verdicts.append(compare(table.tasks[name], got, expected, inputs, tolerance))
+    return verdicts
+
+
+def _shown(value: np.ndarray) -> str:
+    """A sample on one line, as a student would write it."""
+    return json.dumps(np.vectorize(lambda number: float(f"{number:.6g}"), otypes=[object])(value).tolist())
+
+
+def _for(task: tasks.Task, inputs: Mapping[str, np.ndarray], case: int) -> str:
+    """`, for X = ..., r = ...`: the inputs of a case, if they fit on a line."""
+    parts = [f"{value.name} = {_shown(inputs[value.name][case])}" for value in task.arguments]
+    text = ", for " + ", ".join(parts)
+    return text if len(text) <= 240 else ""
