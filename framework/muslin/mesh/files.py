@@ -219,7 +219,7 @@ def _through_meshio(path: Path, file: str, suffix: str) -> Polygons:
 
 @contextlib.contextmanager
 def _contained(output: io.StringIO | None = None) -> Iterator[list[warnings.WarningMessage]]:
-    """Keep off the screen what meshio prints (it goes to `output`) and numpy's warnings (they are yielded)."""
+    """Keep off the screen what meshio prints (it goes to `output`) and numpy's warnings (yielded)."""
     output = io.StringIO() if output is None else output
     with (
         contextlib.redirect_stdout(output),
@@ -247,7 +247,7 @@ def _from_meshio(mesh: Any, file: str) -> Polygons:
             start += count
         elif block.type.startswith(("triangle", "quad", "VTK_LAGRANGE_TRI", "VTK_LAGRANGE_QUAD")):
             raise MeshError(
-                f"{file} has {count} curved faces ({block.type}).",
+                f"{file} has {count} curved face{'s' * (count != 1)} ({block.type}).",
                 "Muslin's triangles are straight: save the mesh with first-order elements.",
             )
         elif count:

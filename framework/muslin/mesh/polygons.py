@@ -74,7 +74,7 @@ def triangulate(
     Raises
     ------
     MeshError
-        If no fan of a polygon keeps all its triangles on one side.
+        If no fan of a polygon keeps all its triangles on one side, or it has no area.
     """
     triangles, origin = [], []
     for ids, corners in faces:
@@ -94,8 +94,10 @@ def triangulate(
             count, first = int(hopeless.sum()), int(np.argmax(hopeless))
             raise MeshError(
                 f"{places.mesh}: {count} polygon{'s' if count > 1 else ''} cannot be cut into a fan of "
-                f"triangles; {'the first' if count > 1 else 'it'} is {places.face(ids[first])}, with {k} corners.",
-                "Triangulate the mesh before exporting it (in Blender: Face > Triangulate Faces).",
+                f"triangles; {'the first' if count > 1 else 'it'} is {places.face(ids[first])}, "
+                f"with {k} corners.",
+                "Does it cross itself? If not, triangulate the mesh before exporting it "
+                "(in Blender: Face > Triangulate Faces).",
             )
         turned = np.take_along_axis(corners, (best[:, None] + np.arange(k)) % k, axis=1)
         fan = np.stack(
@@ -118,4 +120,4 @@ def _worst_of_fan(x: np.ndarray, normal: np.ndarray) -> np.ndarray:
     with np.errstate(all="ignore"):
         unit = normal / np.linalg.norm(normal, axis=1, keepdims=True)
         quality = np.einsum("btk,bk->bt", np.cross(a, b), unit) / squares
-    return np.nan_to_num(quality).min(axis=1)
+    return np.nan_to_num(quality, nan=-1.0).min(axis=1)  # no area, no inside
