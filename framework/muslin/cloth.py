@@ -1,0 +1,173 @@
+"""Cloth: a triangle mesh that stores elastic energy and has mass, as functions of its vertex positions."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from muslin import runtime
+from muslin.errors import MuslinError
+from muslin.mesh import Mesh, area_and_normal
+from muslin.tasks import Functions
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
+
+ENERGIES = ("linearised", "area", "volumetric")
+HESSIANS = ("closed", "lecture")
+
+
+class Cloth:
+    """Elastic sheet on a triangle mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh or (vertices, triangles)
+        Undeformed cloth.
+    mu, lam : float
+        Lamé parameters [Pa] (times `h` they are the membrane's, [N/m]).
+    rho : float
+        Density [kg/m^3].
+    h : float
+        Thickness [m].
+    functions : Functions, optional
+        A folder's functions, from `muslin.load`: the lecture's 3x3 element. Without them the framework's own
+        3x2 element.
+    energy : {"linearised", "area", "volumetric"}
+        Energy of the stretches; only the linearised one uses the student's strain energy.
+    hessian : {"closed", "lecture"}
+        Which of the two roads to the Hessian the student's functions take.
+
+    Attributes
+    ----------
+    mass : scipy.sparse.csr_matrix, (3n, 3n)
+        Consistent mass matrix [kg].
+
+    Raises
+    ------
+    MuslinError
+        For a parameter without physical sense, or a mesh that cannot be cloth.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh | tuple[np.ndarray, np.ndarray],
+        *,
+        mu: float,
+        lam: float,
+        rho: float = 1.0,
+        h: float = 1.0,
+        functions: Functions | None = None,
+        energy: str = "linearised",
+        hessian: str = "closed",
+    ):
+        _check_parameters(mu, lam, rho, h, energy, hessian)
+        runtime.start()
+        from muslin.elements.native import NativeElement
+        from muslin.elements.pattern import Pattern
+        from muslin.elements.student import StudentElement
+
+        self.mesh = mesh if isinstance(mesh, Mesh) else Mesh.from_arrays(*mesh)
+        self.X = np.ascontiguousarray(self.mesh.vertices, dtype=np.float64)
+        self.triangles = np.ascontiguousarray(self.mesh.triangles, dtype=np.int32)
+        self.area, self.normal = area_and_normal(self.X, self.triangles)
+        self.mu, self.lam, self.rho, self.h = float(mu), float(lam), float(rho), float(h)
+        self.functions = functions
+        self.pattern = Pattern(self.triangles, len(self.X))
+        rest = (self.X, self.triangles, self.area, self.normal, self.mu, self.lam, self.h, energy)
+        self.element = StudentElement(functions, *rest, hessian) if functions else NativeElement(*rest)
+        self.mass_data = self._mass_data()
+        self.mass = self.pattern.matrix(self.mass_data)
+
+    def _mass_data(self) -> np.ndarray:
+        m = len(self.triangles)
+        i, j = np.divmod(np.tile(np.arange(9), m), 3)
+        area = np.repeat(self.area, 9)
+        if self.functions:
+            from muslin.batch import evaluate
+
+            factor = evaluate(self.functions.mass_block, i=i, j=j, area=area, rho=self.rho, h=self.h)
+        else:
+            factor = self.rho * self.h * area * np.where(i == j, 2.0, 1.0) / 12
+        return self.pattern.data(factor[:, None, None] * np.eye(3))
+
+    # One position at a time: what several of these need is computed once ---------------------------------
+
+    def update(self, x: np.ndarray) -> None:
+        """Take new positions; `energy_here`, `gradient_here` and `stiffness_here` then refer to them.
+
+        Parameters
+        ----------
+        x : (n, 3) array
+            World positions [m].
+
+        Raises
+        ------
+        MuslinError
+            If the shape is wrong.
+        """
+        x = np.ascontiguousarray(x, dtype=np.float64).reshape(-1, 3) if np.size(x) == self.X.size else np.asarray(x)
+        if x.shape != self.X.shape:
+            raise MuslinError(f"Positions have shape {x.shape}; this cloth needs {self.X.shape}.")
+        self.element.update(x)
+
+    def energy_here(self) -> float:
+        """Elastic energy [J]."""
+        return float(self.element.energies().sum())
+
+    def gradient_here(self) -> np.ndarray:
+        """Gradient of the elastic energy, (n, 3) [N]; minus this is the force."""
+        return self.pattern.vector(self.element.gradients())
+
+    def stiffness_here(self, project: bool = True) -> np.ndarray:
+        """Data array (nnz,) of the energy's Hessian on `pattern` [N/m]."""
+        return self.pattern.data(self.element.hessians(project))
+
+    # At given positions -------------------------------------------------------------------------------------
+
+    def energy(self, x: np.ndarray) -> float:
+        """Elastic energy V [J] at positions x (n, 3)."""
+        self.update(x)
+        return self.energy_here()
+
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        """dV/dx, (n, 3) [N], at positions x (n, 3)."""
+        self.update(x)
+        return self.gradient_here()
+
+    def hessian(self, x: np.ndarray, project: bool = False) -> sp.csr_matrix:
+        """d2V/dx2, scipy CSR (3n, 3n) [N/m], at positions x (n, 3).
+
+        With `project` each triangle's Hessian is made positive semi-definite by clamping its known modes.
+        """
+        self.update(x)
+        return self.pattern.matrix(self.stiffness_here(project))
+
+    def kinetic_energy(self, v: np.ndarray) -> float:
+        """1/2 qdot^T M qdot [J] for velocities v (n, 3)."""
+        if self.functions:
+            from muslin.batch import evaluate
+
+            corners = {f"v{k}": v[self.triangles[:, k]] for k in range(3)}
+            density = {"area": self.area, "rho": self.rho, "h": self.h}
+            return float(evaluate(self.functions.kinetic_energy, **corners, **density).sum())
+        return 0.5 * float(v.ravel() @ (self.mass @ v.ravel()))
+
+    def stretches(self, x: np.ndarray) -> np.ndarray:
+        """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""
+        edges = [x[self.triangles[:, k]] - x[self.triangles[:, 0]] for k in (1, 2)]
+        rest = [self.X[self.triangles[:, k]] - self.X[self.triangles[:, 0]] for k in (1, 2)]
+        C = np.stack(edges, axis=-1) @ np.linalg.pinv(np.stack(rest, axis=-1))
+        return np.linalg.svd(C, compute_uv=False)[:, :2]
+
+
+def _check_parameters(mu: float, lam: float, rho: float, h: float, energy: str, hessian: str) -> None:
+    for name, value in {"mu": mu, "rho": rho, "h": h}.items():
+        if not (np.isfinite(value) and value > 0):
+            raise MuslinError(f"{name} = {value} must be positive.")
+    if not (np.isfinite(lam) and lam > -mu):
+        raise MuslinError(f"lam = {lam} must be a number above -mu = {-mu}.", "Otherwise the cloth is unstable at rest.")
+    for name, value, known in (("energy", energy, ENERGIES), ("hessian", hessian, HESSIANS)):
+        if value not in known:
+            raise MuslinError(f"There is no {name} {value!r}.", f"There is: {', '.join(known)}.")

@@ -1,0 +1,12 @@
+"""Annotations of the numpy arrays that element kernels take: one row per triangle, vertex or block."""
+
+import taichi as ti
+
+REAL = ti.f64
+
+scalars = ti.types.ndarray(dtype=REAL, ndim=1)
+integers = ti.types.ndarray(dtype=ti.i32, ndim=1)
+index3 = ti.types.ndarray(dtype=ti.types.vector(3, ti.i32), ndim=1)
+vec3s = ti.types.ndarray(dtype=ti.types.vector(3, REAL), ndim=1)
+vec4s = ti.types.ndarray(dtype=ti.types.vector(4, REAL), ndim=1)
+mat3s = ti.types.ndarray(dtype=ti.types.matrix(3, 3, REAL), ndim=1)

@@ -1,0 +1,210 @@
+"""The framework's own element: the 3x2 deformation gradient in closed form, in one fused kernel.
+
+It uses a polar decomposition instead of a singular value decomposition and the energies' own simplified modes
+instead of difference quotients: the same physics as a student's functions in another form, so that each checks
+the other. It is the fast road, and stands in for functions that are not written yet.
+"""
+
+import numpy as np
+import taichi as ti
+
+from muslin.elements.arrays import index3, mat3s, scalars, vec3s
+from muslin.elements.modes import block, clamp_stretch
+from muslin.given import tangents
+
+#: Stretches and areas below this count as collapsed: what divides by them stays finite.
+FLOOR = 1e-6
+
+
+class NativeElement:
+    """Energy, gradient and Hessian of every triangle, by the framework's own closed forms.
+
+    Parameters
+    ----------
+    X : (n, 3), triangles : (m, 3), area : (m,), normal : (m, 3)
+        Undeformed positions [m], and of the triangles vertices, areas [m^2] and unit normals.
+    mu, lam : float
+        Lamé parameters [Pa].
+    h : float
+        Thickness [m].
+    energy : {"linearised", "area", "volumetric"}
+        Energy of the stretches; on a cloth the last two are the same.
+    """
+
+    def __init__(
+        self,
+        X: np.ndarray,
+        triangles: np.ndarray,
+        area: np.ndarray,
+        normal: np.ndarray,
+        mu: float,
+        lam: float,
+        h: float,
+        energy: str,
+    ):
+        self.triangles = triangles
+        self.weight = h * area
+        self.mu = mu
+        self.lam_trace, self.lam_area = (lam, 0.0) if energy == "linearised" else (0.0, lam)
+        self.g0 = np.empty((3 * len(triangles), 3))  # gradient of each corner's phi in the plane; third entry unused
+        _rest(X, triangles, normal, self.g0)
+
+    def update(self, x: np.ndarray) -> None:
+        """Take new positions (n, 3)."""
+        self.x = x
+
+    def energies(self) -> np.ndarray:
+        """Potential energy of each triangle, (m,) [J]."""
+        out = np.empty(len(self.triangles))
+        _energies(self.x, self.triangles, self.g0, self.weight, self.mu, self.lam_trace, self.lam_area, out)
+        return out
+
+    def gradients(self) -> np.ndarray:
+        """Gradient of each triangle's energy in its corners, (3 m, 3) [N]."""
+        out = np.empty((3 * len(self.triangles), 3))
+        _gradients(self.x, self.triangles, self.g0, self.weight, self.mu, self.lam_trace, self.lam_area, out)
+        return out
+
+    def hessians(self, project: bool) -> np.ndarray:
+        """Hessian of each triangle's energy, (9 m, 3, 3) blocks, corner by corner [N/m]."""
+        out = np.empty((9 * len(self.triangles), 3, 3))
+        _hessians(
+            self.x, self.triangles, self.g0, self.weight, self.mu, self.lam_trace, self.lam_area, int(project), out
+        )
+        return out
+
+
+@ti.kernel
+def _rest(X: vec3s, triangles: index3, normal: vec3s, g0: vec3s):
+    for e in range(triangles.shape[0]):
+        t = triangles[e]
+        t0, t1 = tangents(normal[e])
+        a, b = X[t[1]] - X[t[0]], X[t[2]] - X[t[0]]
+        a0, a1, b0, b1 = t0.dot(a), t1.dot(a), t0.dot(b), t1.dot(b)
+        twice_area = a0 * b1 - a1 * b0
+        g1 = ti.Vector([b1, -b0, 0.0]) / twice_area
+        g2 = ti.Vector([-a1, a0, 0.0]) / twice_area
+        g0[3 * e] = -g1 - g2
+        g0[3 * e + 1] = g1
+        g0[3 * e + 2] = g2
+
+
+@ti.func
+def polar(x0, x1, x2, g1, g2):
+    """F = R S of the 3x2 deformation gradient; returns R's columns, n, S = [[a, c], [c, b]], s_0 + s_1 and s_0 s_1."""
+    f0 = (x1 - x0) * g1[0] + (x2 - x0) * g2[0]
+    f1 = (x1 - x0) * g1[1] + (x2 - x0) * g2[1]
+    m = (x1 - x0).cross(x2 - x0)
+    n = m / ti.max(m.norm(), 1e-300)  # a collapsed triangle has no normal, but must not make a NaN
+    length = f0.norm()
+    q0, _ = tangents(n)
+    if length > 0:
+        q0 = f0 / length
+    q1 = n.cross(q0)
+    m01, m11 = q0.dot(f1), ti.max(q1.dot(f1), 0.0)
+    trace = ti.sqrt((length + m11) ** 2 + m01**2)  # of S, since the 2x2 part is a rotation times S
+    c, d = 1.0, 0.0
+    if trace > 0:
+        c, d = (length + m11) / trace, -m01 / trace
+    r0, r1 = c * q0 + d * q1, c * q1 - d * q0
+    return r0, r1, n, ti.Vector([c * length, c * m11 - d * m01, -d * length]), trace, length * m11
+
+
+@ti.kernel
+def _energies(
+    x: vec3s,
+    triangles: index3,
+    g: vec3s,
+    weight: scalars,
+    mu: ti.f64,
+    lam_trace: ti.f64,
+    lam_area: ti.f64,
+    out: scalars,
+):
+    for e in range(triangles.shape[0]):
+        t = triangles[e]
+        _r0, _r1, _n, S, trace, area = polar(x[t[0]], x[t[1]], x[t[2]], g[3 * e + 1], g[3 * e + 2])
+        off_rest = (S[0] - 1) ** 2 + (S[1] - 1) ** 2 + 2 * S[2] ** 2  # |S - I|^2
+        out[e] = weight[e] * (
+            mu * off_rest + lam_trace / 2 * (trace - 2) ** 2 + lam_area / 2 * (area - 1) ** 2
+        )
+
+
+@ti.kernel
+def _gradients(
+    x: vec3s,
+    triangles: index3,
+    g: vec3s,
+    weight: scalars,
+    mu: ti.f64,
+    lam_trace: ti.f64,
+    lam_area: ti.f64,
+    out: vec3s,
+):
+    for e in range(triangles.shape[0]):
+        t = triangles[e]
+        r0, r1, _n, S, trace, area = polar(x[t[0]], x[t[1]], x[t[2]], g[3 * e + 1], g[3 * e + 2])
+        # P = R T with T = 2 mu (S - I) + lam (tr S - 2) I, or + lam (J - 1) adj(S) for the area energy
+        tension, pressure = lam_trace * (trace - 2), lam_area * (area - 1)
+        T00 = 2 * mu * (S[0] - 1) + tension + pressure * S[1]
+        T11 = 2 * mu * (S[1] - 1) + tension + pressure * S[0]
+        T01 = (2 * mu - pressure) * S[2]
+        p0, p1 = T00 * r0 + T01 * r1, T01 * r0 + T11 * r1
+        for i in range(3):
+            gi = g[3 * e + i]
+            out[3 * e + i] = weight[e] * (gi[0] * p0 + gi[1] * p1)
+
+
+@ti.kernel
+def _hessians(
+    x: vec3s,
+    triangles: index3,
+    g: vec3s,
+    weight: scalars,
+    mu: ti.f64,
+    lam_trace: ti.f64,
+    lam_area: ti.f64,
+    project: ti.i32,
+    out: mat3s,
+):
+    for e in range(triangles.shape[0]):
+        t = triangles[e]
+        r0, r1, n, S, trace, area = polar(x[t[0]], x[t[1]], x[t[2]], g[3 * e + 1], g[3 * e + 2])
+        half = (S[0] - S[1]) / 2
+        radius = ti.sqrt(half * half + S[2] * S[2])
+        s0 = trace / 2 + radius
+        s1 = area / ti.max(s0, FLOOR)
+        c, d = 1.0, 0.0  # v_0 = (c, d), an eigenvector of S
+        if radius > 0:
+            if half >= 0:
+                c, d = radius + half, S[2]
+            else:
+                c, d = ti.abs(S[2]), radius - half
+                if S[2] < 0:
+                    d = -d
+            length = ti.sqrt(c * c + d * d)
+            c, d = c / length, d / length
+        U = ti.Matrix.cols([c * r0 + d * r1, c * r1 - d * r0, n])
+        # modes of 2 mu (F - R) + lam_trace (tr S - 2) R + lam_area (J - 1) dJ/dF, simplified by hand
+        tension, pressure = lam_trace * (trace - 2) - 2 * mu, lam_area * (area - 1)
+        stretch0 = 2 * mu + lam_trace + lam_area * s1 * s1
+        stretch1 = 2 * mu + lam_trace + lam_area * s0 * s0
+        coupling = lam_trace + lam_area * (2 * area - 1)
+        flip = 2 * mu - pressure
+        twist = 2 * mu + 2 * tension / ti.max(trace, FLOOR) + pressure
+        d0, d1 = ti.max(s0, FLOOR), ti.max(s1, FLOOR)
+        out0 = 2 * mu + tension / d0 + pressure * s1 / d0
+        out1 = 2 * mu + tension / d1 + pressure * s0 / d1
+        if project == 1:
+            stretch0, stretch1, coupling = clamp_stretch(stretch0, stretch1, coupling)
+            flip, twist = ti.max(flip, 0.0), ti.max(twist, 0.0)
+            out0, out1 = ti.max(out0, 0.0), ti.max(out1, 0.0)
+        stretch, outs = ti.Vector([stretch0, stretch1, coupling]), ti.Vector([out0, out1])
+        for i in range(3):
+            gi = ti.Vector([c * g[3 * e + i][0] + d * g[3 * e + i][1], c * g[3 * e + i][1] - d * g[3 * e + i][0]])
+            for j in range(i, 3):
+                gj = ti.Vector([c * g[3 * e + j][0] + d * g[3 * e + j][1], c * g[3 * e + j][1] - d * g[3 * e + j][0]])
+                B = weight[e] * block(U, gi, gj, stretch, flip, twist, outs)
+                out[9 * e + 3 * i + j] = B
+                if j > i:
+                    out[9 * e + 3 * j + i] = B.transpose()
