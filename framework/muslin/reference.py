@@ -26,7 +26,7 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of one task: `error` is the worst relative error and `case` where it is, if it came that far."""
+    """What came of one task: the worst relative `error` and the `case` it is in, if it came that far."""
 
     task: str
     ok: bool
@@ -191,7 +191,7 @@ def check(
 ) -> list[Verdict]:
     """Evaluate a folder's task functions on the public cases.
 
-    A function that is missing, still the stub or broken gets a verdict with the reason; nothing is raised for it.
+    A function that is missing, still the stub or broken gets a verdict with the reason; nothing is raised.
 
     Parameters
     ----------
@@ -214,7 +214,8 @@ def check(
     for name in table.tasks if names is None else names:
         inputs, expected = cases(table.name, name)
         try:
-            got = evaluate(functions[name], **inputs)
+            arguments: dict[str, Any] = dict(inputs)
+            got = evaluate(functions[name], **arguments)
         except MuslinError as error:
             verdicts.append(Verdict(name, False, str(error)))
         else:

@@ -1,12 +1,12 @@
-"""Reference data: inputs drawn from a seed, answers from `muslin.authoring.truth`, files that know their origin.
+"""Reference data: inputs drawn from a seed, answers from `muslin.authoring.truth`, files that say so.
 
 `data/reference/<assignment>/<task>.npz` holds one array per argument, by its name, and one per result, named
 `expected_<result>`; `provenance.json` holds the seed, versions and checksums. Public cases ship with Muslin;
 an instructor makes hidden ones with the same command and a secret seed.
 
 Inputs are drawn with Python's `random.Random`, whose stream is guaranteed, and worked out in mpmath before
-they are rounded: every machine draws the same bytes. Case k is of kind k of its task, in turn, so a file covers
-all kinds whatever the seed. No case sits where a right answer is badly conditioned.
+they are rounded: every machine draws the same bytes. Case k is of kind k of its task, in turn, so a file
+covers all kinds whatever the seed. No case sits where a right answer is badly conditioned.
 """
 
 from __future__ import annotations
@@ -168,7 +168,7 @@ def _gradients(X0: tr.Vector, X1: tr.Vector, X2: tr.Vector) -> tr.Matrix:
 
 
 def _weights(draw: Draw, spread: float = 1.0) -> tr.Vector:
-    """Shape functions at a point inside (spread 1) or around the triangle, with a sum of exactly one in float64."""
+    """Shape functions inside (spread 1) or around the triangle, whose sum is exactly one in float64."""
     a, b = sorted(draw.random() for _ in range(2))
     middle = 1 / 3
     phi1, phi2 = (_coarse(tr.precise().mpf(middle + spread * (p - middle)), 2.0**-40) for p in (a, b - a))
@@ -321,7 +321,7 @@ def _eigensystem(draw: Draw, k: int) -> dict[str, Any]:
 
 
 def _sphere_contact(draw: Draw, k: int) -> dict[str, Any]:
-    """Just inside, just outside, deep inside, far away, at the very centre; the sphere has moved each time."""
+    """Just inside, just outside, deep inside, far away, at the very centre of a sphere that moves."""
     c, r = _float64(draw.vector(3)), draw.decades(-2, 1)
     share = (draw.between(0.6, 0.95), draw.between(1.05, 1.5), draw.between(0.01, 0.5), draw.between(2, 9))[
         k % 4
@@ -441,6 +441,7 @@ def build(
     Path
         The folder written.
     """
+    tr.precise()  # says what to install, if need be
     import mpmath
 
     folder = Path(out_folder) if out_folder is not None else paths.reference(assignment_name)

@@ -126,7 +126,7 @@ def unit_normal(x0: Vector, x1: Vector, x2: Vector) -> Vector:
 
 
 def rotation(U: Matrix) -> Matrix:
-    """Exactly orthogonal matrix nearest to one that is so up to rounding (Newton's method for the polar factor)."""
+    """Orthogonal matrix nearest to one that is so up to rounding: Newton's method for the polar factor."""
     half = precise().mpf(0.5)
     for _ in range(4):
         a, b, c = U
@@ -234,7 +234,7 @@ def psi_of_F(F: Matrix, s: Sequence[Any], mu: Any, lam: Any, energy: str = "line
 
 
 def in_plane_stretches(a: Vector, b: Vector) -> Vector:
-    """Principal stretches, the larger first, of the 3x2 matrix with columns a and b; sum and product are smooth."""
+    """Principal stretches, the larger first, of the 3x2 matrix [a b]; their sum and product are smooth."""
     product = norm(cross(a, b))
     squares = dot(a, a) + dot(b, b)
     total = precise().sqrt(squares + 2 * product)
@@ -273,7 +273,7 @@ def potential_energy(
 
 
 def _phi(X: Vector, X0: Vector, X1: Vector, X2: Vector) -> Vector:
-    """The nearest point of the plane parts the triangle in three: phi_i is the share of area opposite vertex i."""
+    """The nearest point of the plane parts the triangle in three: phi_i is the share opposite vertex i."""
     m = cross(sub(X1, X0), sub(X2, X0))
     P = sub(X, times(dot(m, sub(X, X0)) / dot(m, m), m))
     parts = (cross(sub(b, P), sub(c, P)) for b, c in ((X1, X2), (X2, X0), (X0, X1)))
