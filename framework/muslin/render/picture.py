@@ -1,0 +1,426 @@
+"""The picture of a scene: surfaces and a camera in, (height, width, 3) bytes out."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from muslin import runtime
+from muslin.errors import MuslinError
+from muslin.render.camera import Camera
+from muslin.render.materials import Colour, linear, srgb, strain_colours, strain_table
+from muslin.render.shapes import Surface
+
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Quality:
+    """Samples per pixel and side, depth maps of the sun and of the sky, and their resolutions."""
+
+    samples: int
+    sun_maps: int
+    sun_texels: int
+    sky_maps: int
+    sky_texels: int
+
+
+QUALITIES = {
+    "draft": Quality(1, 1, 1024, 0, 1),
+    "good": Quality(2, 10, 768, 48, 128),
+    "best": Quality(4, 32, 1536, 160, 256),
+}
+
+
+@dataclass(frozen=True)
+class Light:
+    """A sun, a sky and the floor's reflection.
+
+    Parameters
+    ----------
+    direction : (3,) floats
+        Towards the sun; any length.
+    sun, sky, floor : sRGB colours
+        Of the sunlight, of the sky's light and of what the floor throws back.
+    sun_strength, sky_strength, floor_strength : float
+        How bright a white surface facing them is: 1 is the white of the picture.
+    softness : float
+        Radius of the sun as seen from the scene [degrees]; the real one, 0.27, has hard shadows.
+    """
+
+    direction: tuple[float, float, float] = (-0.55, 0.95, 0.55)
+    sun: Colour = "#fff1de"
+    sky: Colour = "#e9f1fb"
+    floor: Colour = "#f2e6d8"
+    sun_strength: float = 0.78
+    sky_strength: float = 0.42
+    floor_strength: float = 0.16
+    softness: float = 3.0
+
+
+@dataclass(frozen=True)
+class Legend:
+    """The strain map's scale, drawn in a corner of the picture.
+
+    Parameters
+    ----------
+    lo, hi : float
+        As in the material.
+    title : str
+    corner : {"bottom right", "bottom left", "top right", "top left"}
+    """
+
+    lo: float
+    hi: float
+    title: str = "principal stretch"
+    corner: str = "bottom right"
+
+
+BACKGROUND: tuple[Colour, Colour] = ("#dfe3e8", "#f0ede9")
+"""Top and bottom of the picture behind everything."""
+
+_BANDS = 48  # row bands per picture; any number gives the same picture
+
+
+def draw(
+    surfaces: Sequence[Surface],
+    camera: Camera,
+    size: tuple[int, int] = (1280, 720),
+    quality: str = "good",
+    light: Light | None = None,
+    background: Colour | tuple[Colour, Colour] = BACKGROUND,
+    wireframe: bool = False,
+    legend: Legend | None = None,
+) -> Image:
+    """Draw surfaces as a camera sees them.
+
+    The same input gives the same bytes, run to run and with any number of threads.
+
+    Parameters
+    ----------
+    surfaces : sequence of Surface
+        May be empty.
+    camera : Camera
+    size : (width, height)
+        In pixels.
+    quality : {"draft", "good", "best"}
+        Draft: one sample per pixel, one hard shadow, no occlusion of the sky. Good: 4 samples, soft shadows,
+        sky occlusion. Best: 16 samples, smoother shadows.
+    light : Light, optional
+    background : colour, or (top, bottom) colours
+    wireframe : bool
+        Draw the triangles' edges over every surface that is not a prop.
+    legend : Legend, optional
+        The scale of the strain map.
+
+    Returns
+    -------
+    (height, width, 3) uint8
+        sRGB, first row on top.
+
+    Raises
+    ------
+    MuslinError
+        If a number is not finite, a shape is wrong, or the quality is unknown.
+    """
+    if quality not in QUALITIES:
+        raise MuslinError(f'There is no quality "{quality}".', f"Choose from {', '.join(QUALITIES)}.")
+    width, height = int(size[0]), int(size[1])
+    if width < 1 or height < 1:
+        raise MuslinError(f"A picture of {width} x {height} pixels cannot be drawn.")
+    runtime.start()
+    from muslin.render import raster, shade
+
+    settled = QUALITIES[quality]
+    light = light or Light()
+    scene = _gather(surfaces, wireframe)
+    to_sun = np.asarray(light.direction, dtype=float)
+    to_sun = to_sun / np.linalg.norm(to_sun)
+    up = np.asarray(camera.up, dtype=float)
+    up = up / np.linalg.norm(up)
+
+    samples = settled.samples
+    jitter = 0.25 if samples > 1 else 0.0
+    edges, box, depth, seen = _workspace(len(scene.triangles), width * samples, height * samples)
+    raster.edge_functions(
+        np.ascontiguousarray(camera.view(scene.points)), scene.triangles, camera.focal(size) * samples,
+        camera.near, width * samples, height * samples, edges, box,
+    )  # fmt: skip
+    raster.rasterise(edges, box, camera.near, jitter, _BANDS, depth, seen)
+
+    sun_frames, texel = _frames(
+        _sun_disc(to_sun, light.softness, settled.sun_maps), scene, settled.sun_texels
+    )
+    sun_maps = _buffer("sun", (settled.sun_maps, settled.sun_texels, settled.sun_texels))
+    bands = 8 if settled.sun_maps < 4 else 1
+    raster.depth_maps(scene.vertex, scene.casters, sun_frames, 0, bands, sun_maps)
+    _light_vertices(scene, settled, up)
+
+    settings = np.zeros(shade.SETTINGS, dtype=np.float32)
+    top, bottom = background if _is_pair(background) else (background, background)
+    for place, value in (
+        (shade.EYE, camera.eye),
+        (shade.TO_SUN, to_sun),
+        (shade.SUN, light.sun_strength * linear(light.sun)),
+        (shade.SKY, light.sky_strength * linear(light.sky)),
+        (shade.FLOOR, light.floor_strength * linear(light.floor)),
+        (shade.TOP, linear(top)),  # type: ignore[arg-type]
+        (shade.BOTTOM, linear(bottom)),  # type: ignore[arg-type]
+        (shade.WIRE_COLOUR, linear("#20262e")),
+    ):
+        settings[place : place + 3] = value
+    settings[shade.OFFSET] = 1.6 * texel
+    settings[shade.WIRE_WIDTH] = 0.45 * height / 720
+    picture = np.empty((height, width, 3), dtype=np.uint8)
+    shade.shade(
+        samples, jitter, seen, scene.vertex, scene.triangles, edges, scene.surfaces, settings,
+        strain_table(), sun_frames, sun_maps, _encoding(), picture,
+    )  # fmt: skip
+    if legend is not None:
+        picture = draw_legend(picture, legend)
+    return picture
+
+
+def write_png(path: str | Path, image: Image) -> Path:
+    """Write a picture, making the folder if need be; returns the path.
+
+    Raises
+    ------
+    MuslinError
+        If the file cannot be written.
+    """
+    from PIL import Image as Pillow
+
+    path = Path(path)
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        Pillow.fromarray(np.ascontiguousarray(image)).save(path, format="PNG")
+    except OSError as error:
+        raise MuslinError(f"The picture {path} cannot be written: {error.strerror or error}.") from None
+    return path
+
+
+def text_overlay(image: Image, text: str, corner: str = "top left") -> Image:
+    """A small caption in a corner of the picture, for example the time; returns a new picture."""
+    from PIL import Image as Pillow
+    from PIL import ImageDraw, ImageFont
+
+    height, width = image.shape[:2]
+    unit = max(height / 720, 0.4)
+    picture = Pillow.fromarray(image)
+    pen = ImageDraw.Draw(picture)
+    font = ImageFont.load_default(20 * unit)
+    left, top, right, bottom = pen.textbbox((0, 0), text, font=font)
+    x = 24 * unit if "left" in corner else width - 24 * unit - (right - left)
+    y = 20 * unit if "top" in corner else height - 20 * unit - (bottom - top)
+    pen.text((x - left, y - top), text, font=font, fill=_ink(image, x, y, right - left, bottom - top))
+    return np.array(picture)
+
+
+def draw_legend(image: Image, legend: Legend) -> Image:
+    """The strain map's scale with ticks and a title in a corner of the picture; returns a new picture."""
+    from PIL import Image as Pillow
+    from PIL import ImageDraw, ImageFont
+
+    height, width = image.shape[:2]
+    unit = max(height / 720, 0.4)
+    bar = (int(250 * unit), max(int(14 * unit), 3))
+    pad, gap = 16 * unit, 6 * unit
+    font, small = ImageFont.load_default(17 * unit), ImageFont.load_default(14 * unit)
+    panel = (int(bar[0] + 2 * pad + 18 * unit), int(82 * unit))
+    edge = int(20 * unit)
+    x0 = edge if "left" in legend.corner else width - edge - panel[0]
+    y0 = edge if "top" in legend.corner else height - edge - panel[1]
+    picture = Pillow.fromarray(image)
+    veil = Pillow.new("RGBA", picture.size, (0, 0, 0, 0))
+    ImageDraw.Draw(veil).rounded_rectangle(
+        (x0, y0, x0 + panel[0], y0 + panel[1]), 8 * unit, fill=(255, 255, 255, 205)
+    )
+    picture = Pillow.alpha_composite(picture.convert("RGBA"), veil).convert("RGB")
+    pen = ImageDraw.Draw(picture)
+    ink = (38, 42, 48)
+    pen.text((x0 + panel[0] / 2, y0 + 10 * unit), legend.title, font=font, fill=ink, anchor="mt")
+    bx, by = int(x0 + (panel[0] - bar[0]) / 2), int(y0 + 36 * unit)
+    t = (np.arange(bar[0]) + 0.5) / bar[0]
+    values = np.where(t < 0.5, legend.lo + 2 * t * (1 - legend.lo), 1 + (2 * t - 1) * (legend.hi - 1))
+    strip = np.repeat(strain_colours(values, legend.lo, legend.hi)[None], bar[1], axis=0)
+    picture.paste(Pillow.fromarray(strip), (bx, by))
+    pen.rectangle((bx - 1, by - 1, bx + bar[0], by + bar[1]), outline=(120, 124, 130))
+    quarter = (legend.lo, (legend.lo + 1) / 2, 1.0, (1 + legend.hi) / 2, legend.hi)
+    digits = max(2, int(np.ceil(-np.log10(min(1 - legend.lo, legend.hi - 1) / 2) + 0.3)))
+    for where, value in zip((0, 0.25, 0.5, 0.75, 1), quarter, strict=True):
+        x = bx + where * (bar[0] - 1)
+        pen.line((x, by + bar[1], x, by + bar[1] + gap * 0.7), fill=ink)
+        label = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+        pen.text((x, by + bar[1] + gap * 1.3), label, font=small, fill=ink, anchor="mt")
+    return np.array(picture)
+
+
+class _Scene:
+    """All surfaces as one set of arrays."""
+
+    points: NDArray[np.float64]
+    vertex: NDArray[np.float32]
+    triangles: NDArray[np.int32]
+    casters: NDArray[np.int32]
+    surfaces: NDArray[np.float32]
+    center: NDArray[np.float64]
+    radius: float
+
+
+def _gather(surfaces: Sequence[Surface], wireframe: bool) -> _Scene:
+    from muslin.render import shade
+
+    checked = [s.checked() for s in surfaces]
+    counts = [len(s.vertices) for s in checked]
+    first = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
+    faces = np.concatenate([[0], np.cumsum([len(s.triangles) for s in checked])]).astype(np.int32)
+    scene = _Scene()
+    scene.points = np.zeros((first[-1], 3))
+    scene.vertex = np.zeros((first[-1], shade.VERTEX_COLUMNS), dtype=np.float32)
+    scene.triangles = np.zeros((faces[-1], 4), dtype=np.int32)
+    scene.surfaces = np.zeros((max(len(checked), 1), shade.SURFACE_COLUMNS), dtype=np.float32)
+    casters = [np.zeros((0, 4), dtype=np.int32)]
+    standing = [np.zeros((0, 3))]
+    for i, s in enumerate(checked):
+        part, face = slice(first[i], first[i + 1]), slice(faces[i], faces[i + 1])
+        scene.points[part] = s.vertices
+        scene.vertex[part, shade.POSITION : shade.POSITION + 3] = s.vertices
+        scene.vertex[part, shade.UV : shade.UV + 2] = s.uv
+        scene.vertex[part, shade.VALUE] = s.values
+        scene.triangles[face, :3] = s.triangles + first[i]
+        scene.triangles[face, 3] = i
+        if s.normals is None:
+            shade.add_normals(scene.triangles, int(faces[i]), int(faces[i + 1]), scene.vertex)
+        else:
+            scene.vertex[part, shade.NORMAL : shade.NORMAL + 3] = s.normals
+        material = s.material.row()
+        scene.surfaces[i, : len(material)] = material
+        scene.surfaces[i, shade.SMOOTH] = s.smooth
+        scene.surfaces[i, shade.FADE] = s.fade
+        scene.surfaces[i, shade.WIRE] = wireframe and not s.prop
+        if s.casts_shadow and counts[i]:
+            casters.append(scene.triangles[face])
+            standing.append(s.vertices)
+    normals = scene.vertex[:, shade.NORMAL : shade.NORMAL + 3]
+    normals /= np.maximum(np.sqrt((normals * normals).sum(axis=1, keepdims=True)), 1e-30)
+    scene.casters = np.concatenate(casters)
+    corners = np.concatenate(standing)
+    lo, hi = (corners.min(axis=0), corners.max(axis=0)) if len(corners) else (np.zeros(3), np.ones(3))
+    scene.center = (lo + hi) / 2
+    scene.radius = max(float(np.sqrt(((corners - scene.center) ** 2).sum(axis=1).max(initial=0))), 1e-6)
+    return scene
+
+
+def _light_vertices(scene: _Scene, settled: Quality, up: NDArray[np.float64]) -> None:
+    """Fill in what the vertices see of the sky and the floor."""
+    from muslin.render import raster, shade
+
+    if settled.sky_maps == 0:  # nothing hides anything
+        tilt = 0.5 * scene.vertex[:, shade.NORMAL : shade.NORMAL + 3] @ up
+        for column, value in (
+            (shade.SKY_FRONT, 0.5 + tilt), (shade.FLOOR_FRONT, 0.5 - tilt),
+            (shade.SKY_BACK, 0.5 - tilt), (shade.FLOOR_BACK, 0.5 + tilt),
+        ):  # fmt: skip
+            scene.vertex[:, column] = value
+        return
+    directions = _hemisphere(up, settled.sky_maps)
+    frames, texel = _frames(directions, scene, settled.sky_texels)
+    maps = _buffer("sky", (2 * settled.sky_maps, settled.sky_texels, settled.sky_texels))
+    raster.depth_maps(scene.vertex, scene.casters, frames, 1, 1, maps)
+    height = directions @ up
+    to_light = np.zeros((2 * settled.sky_maps, 5), dtype=np.float32)
+    to_light[: settled.sky_maps, :3] = directions
+    to_light[settled.sky_maps :, :3] = -directions
+    # sum_k cos_k weight = 1 for a surface that faces up (down) and sees all of the sky (floor).
+    to_light[: settled.sky_maps, 3] = 1 / height.sum()
+    to_light[settled.sky_maps :, 4] = 1 / height.sum()
+    shade.sky_light(scene.vertex, frames, maps, to_light, 1.5 * texel)
+
+
+def _frames(directions: NDArray[np.float64], scene: _Scene, texels: int) -> tuple[NDArray[np.float32], float]:
+    """Axes u, v (in texels) and height of the depth maps that look along `directions`, and the texel's size.
+
+    The maps cover the sphere around everything that casts shadows. Its size goes in steps and its place in
+    whole texels, so that shadows do not crawl while the scene moves.
+    """
+    half = 2.0 ** (np.ceil(np.log2(scene.radius * 1.02) * 8) / 8)
+    texel = 2 * half / (texels - 4)
+    frames = np.zeros((len(directions), 12), dtype=np.float32)
+    for i, w in enumerate(directions):
+        u = np.cross(w, np.eye(3)[np.argmin(np.abs(w))])
+        u /= np.linalg.norm(u)
+        v = np.cross(w, u)
+        for row, axis in ((0, u), (4, v)):
+            middle = np.round(scene.center @ axis / texel)
+            frames[i, row : row + 3] = axis / texel
+            frames[i, row + 3] = texels / 2 - middle
+        frames[i, 8:11] = w
+    return frames, float(texel)
+
+
+def _sun_disc(to_sun: NDArray[np.float64], softness: float, n: int) -> NDArray[np.float64]:
+    """Directions spread evenly over the sun's disc (a sunflower's seeds), (n, 3)."""
+    if n == 1:
+        return to_sun[None]
+    u = np.cross(to_sun, np.eye(3)[np.argmin(np.abs(to_sun))])
+    u /= np.linalg.norm(u)
+    v = np.cross(to_sun, u)
+    k = np.arange(n)
+    r = np.tan(np.radians(softness)) * np.sqrt((k + 0.5) / n)
+    phi = k * np.pi * (3 - np.sqrt(5)) + 0.4
+    d = to_sun + r[:, None] * (np.cos(phi)[:, None] * u + np.sin(phi)[:, None] * v)
+    return d / np.linalg.norm(d, axis=1, keepdims=True)
+
+
+def _hemisphere(up: NDArray[np.float64], n: int) -> NDArray[np.float64]:
+    """Directions spread evenly over the hemisphere around `up`, (n, 3)."""
+    u = np.cross(up, np.eye(3)[np.argmin(np.abs(up))])
+    u /= np.linalg.norm(u)
+    v = np.cross(up, u)
+    k = np.arange(n)
+    z = (k + 0.5) / n
+    phi = k * np.pi * (3 - np.sqrt(5))
+    r = np.sqrt(1 - z * z)
+    return z[:, None] * up + r[:, None] * (np.cos(phi)[:, None] * u + np.sin(phi)[:, None] * v)
+
+
+_buffers: dict[str, NDArray[Any]] = {}
+
+
+def _buffer(name: str, shape: tuple[int, ...], dtype: Any = np.float32) -> NDArray[Any]:
+    """A scratch array kept from frame to frame: fresh memory costs more than drawing into it."""
+    old = _buffers.get(name)
+    if old is None or old.shape != shape:
+        old = _buffers[name] = np.empty(shape, dtype=dtype)
+    return old
+
+
+def _workspace(triangles: int, width: int, height: int) -> tuple[NDArray[Any], ...]:
+    return (
+        _buffer("edges", (triangles, 9), np.float64),
+        _buffer("box", (triangles, 4), np.int32),
+        _buffer("depth", (height, width)),
+        _buffer("seen", (height, width), np.int32),
+    )
+
+
+def _encoding() -> NDArray[np.float32]:
+    """The sRGB byte of linear light, indexed by its square root."""
+    root = np.linspace(0, 1, 4096)
+    return np.rint(255 * srgb(root * root)).astype(np.float32)
+
+
+def _is_pair(background: Any) -> bool:
+    return isinstance(background, (tuple, list)) and len(background) == 2
+
+
+def _ink(image: Image, x: float, y: float, w: float, h: float) -> tuple[int, int, int]:
+    """Dark writing on a bright place, light on a dark one."""
+    part = image[max(int(y), 0) : int(y + h) + 1, max(int(x), 0) : int(x + w) + 1]
+    return (38, 42, 48) if part.size == 0 or part.mean() > 120 else (244, 244, 242)

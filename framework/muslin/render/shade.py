@@ -1,0 +1,308 @@
+"""The light: smooth normals, sky occlusion at the vertices, and the colour of every pixel.
+
+The sky is a hemisphere of light, the floor a dimmer hemisphere below. Both are sampled at the vertices, from
+each side of the surface apart, with one depth map per direction: cheap, and free of noise. The sun's shadow is
+sampled per pixel, from several depth maps spread over the sun's disc, so its edge softens with distance.
+"""
+
+from muslin.render.raster import D2, F1, F2, F3, I2, U3, F, reached, sample_place, ti
+
+# Columns of the vertex table.
+POSITION, NORMAL, UV, VALUE, SKY_FRONT, FLOOR_FRONT, SKY_BACK, FLOOR_BACK = 0, 3, 6, 8, 9, 10, 11, 12
+VERTEX_COLUMNS = 13
+
+# Columns of the surface table: a material's row, then three flags.
+KIND, FRONT, BACK, SECOND, SECOND_BACK = 0, 1, 4, 7, 10
+SCALE, ROUGHNESS, SHEEN, TRANSLUCENCY, LO, HI = 13, 14, 15, 16, 17, 18
+SMOOTH, FADE, WIRE = 20, 21, 22
+SURFACE_COLUMNS = 23
+
+# Entries of the table of settings.
+EYE, TO_SUN, SUN, SKY, FLOOR, TOP, BOTTOM, WIRE_COLOUR = 0, 3, 6, 9, 12, 15, 18, 21
+OFFSET, WIRE_WIDTH = 24, 25
+SETTINGS = 26
+
+Vec3 = ti.types.vector(3, ti.f32)
+
+
+@ti.kernel
+def add_normals(triangles: I2, first: ti.i32, last: ti.i32, vertex: F2):
+    """Add the area vectors of the triangles first..last to their vertices' normals."""
+    ti.loop_config(serialize=True)
+    for m in range(first, last):
+        i, j, k = triangles[m, 0], triangles[m, 1], triangles[m, 2]
+        e = Vec3(0.0)
+        f = Vec3(0.0)
+        for c in ti.static(range(3)):
+            e[c] = vertex[j, c] - vertex[i, c]
+            f[c] = vertex[k, c] - vertex[i, c]
+        n = e.cross(f)
+        for a in range(3):
+            for c in ti.static(range(3)):
+                vertex[triangles[m, a], 3 + c] += n[c]
+
+
+@ti.kernel
+def sky_light(vertex: F2, frames: F2, maps: F3, to_light: F2, offset: ti.f32):
+    """How much of the sky and of the floor each side of each vertex sees, 1 for all of a hemisphere.
+
+    to_light (2k, 5): direction, then its shares of the sky and of the floor per cosine.
+    """
+    for q in range(vertex.shape[0]):
+        n = Vec3(vertex[q, 3], vertex[q, 4], vertex[q, 5])
+        sky = ti.Vector([F(0.0), F(0.0)])
+        floor = ti.Vector([F(0.0), F(0.0)])
+        for k in range(to_light.shape[0]):
+            d = Vec3(to_light[k, 0], to_light[k, 1], to_light[k, 2])
+            cosine = n.dot(d)
+            side = 0
+            out = offset
+            if cosine < 0:
+                side = 1
+                out = -offset
+                cosine = -cosine
+            light = cosine * reached(
+                maps, frames, k, vertex[q, 0] + out * n[0], vertex[q, 1] + out * n[1],
+                vertex[q, 2] + out * n[2], F(0.0),
+            )  # fmt: skip
+            sky[side] += light * to_light[k, 3]
+            floor[side] += light * to_light[k, 4]
+        vertex[q, SKY_FRONT] = sky[0]
+        vertex[q, FLOOR_FRONT] = floor[0]
+        vertex[q, SKY_BACK] = sky[1]
+        vertex[q, FLOOR_BACK] = floor[1]
+
+
+@ti.func
+def three(table: ti.template(), first) -> Vec3:
+    return Vec3(table[first], table[first + 1], table[first + 2])
+
+
+@ti.func
+def three_of(table: ti.template(), row, first) -> Vec3:
+    return Vec3(table[row, first], table[row, first + 1], table[row, first + 2])
+
+
+@ti.func
+def wave(x):
+    """Integral of the square wave that is +1 on even and -1 on odd unit intervals."""
+    r = x - 2 * ti.floor(x / 2)
+    return 1 - ti.abs(r - 1)
+
+
+@ti.func
+def random(i, j):
+    """A number in [0, 1) that looks random and depends on two integers only."""
+    h = ti.cast(i, ti.u32) * ti.u32(0x8DA6B343) ^ ti.cast(j, ti.u32) * ti.u32(0xD8163841)
+    h = (h ^ (h >> 15)) * ti.u32(0x2C1B3C6D)
+    h = (h ^ (h >> 12)) * ti.u32(0x297A2D39)
+    h = h ^ (h >> 15)
+    return ti.cast(h >> 8, ti.f32) * F(5.9604645e-08)
+
+
+@ti.func
+def uneven(x, seed):
+    """Smooth noise in [-1, 1] along a line."""
+    i = ti.cast(ti.floor(x), ti.i32)
+    t = ti.cast(x - ti.floor(x), ti.f32)
+    a = random(i, seed)
+    b = random(i + 1, seed)
+    return 2 * (a + (b - a) * t * t * (3 - 2 * t)) - 1
+
+
+@ti.func
+def woven(s, t, width):
+    """Brightness of plain weave around 1, and the share of weft; s, t in yarns, width of a pixel in yarns.
+
+    Whatever is finer than a pixel has faded out before it could alias.
+    """
+    i = ti.cast(ti.floor(s), ti.i32)
+    j = ti.cast(ti.floor(t), ti.i32)
+    across = s - i - F(0.5)
+    along = t - j - F(0.5)
+    weft = F((i + j) & 1)
+    if weft > 0:
+        across, along = along, across
+    yarn = (1 - 4 * across * across) * (1 - F(1.6) * along * along) - F(0.58)
+    keep = ti.math.clamp(F(1.5) - F(2.4) * width, 0, 1)
+    # Handspun yarns: each a little lighter or darker, thicker places along it, bands of many yarns.
+    slub = weft * uneven(s / 9, j) + (1 - weft) * uneven(t / 9, i + 7919)
+    band = uneven(s / 5, 11) + uneven(t / 5, 12)
+    wide = ti.math.clamp(F(1.5) - F(0.4) * width, 0, 1)
+    light = 1 + keep * (F(0.36) * yarn + F(0.07) * slub) + F(0.022) * wide * band
+    return light, F(0.5) + keep * (weft - F(0.5))
+
+
+@ti.func
+def tone(x):
+    """Linear up to 0.7, then a gentle shoulder towards 1."""
+    y = x
+    if x > F(0.7):
+        y = 1 - F(0.3) * ti.exp(-(x - F(0.7)) / F(0.3))
+    return y
+
+
+@ti.func
+def colour_at(
+    m, x, y, samples, behind, vertex: ti.template(), triangles: ti.template(), edges: ti.template(),
+    surfaces: ti.template(), settings: ti.template(), strain: ti.template(), frames: ti.template(),
+    maps: ti.template(),
+) -> Vec3:  # fmt: skip
+    """Linear light that leaves triangle m towards the eye at the place (x, y) of the picture."""
+    i, j, k, which = triangles[m, 0], triangles[m, 1], triangles[m, 2], triangles[m, 3]
+    # Barycentric coordinates here and one pixel on, perspective-correct.
+    b = Vec3(0.0)
+    b_right = Vec3(0.0)
+    b_down = Vec3(0.0)
+    rim = F(1e9)
+    for c in ti.static(range(3)):
+        l = edges[m, 3 * c] * x + edges[m, 3 * c + 1] * y + edges[m, 3 * c + 2]
+        b[c] = l
+        b_right[c] = l + samples * edges[m, 3 * c]
+        b_down[c] = l + samples * edges[m, 3 * c + 1]
+        slope = edges[m, 3 * c] * edges[m, 3 * c] + edges[m, 3 * c + 1] * edges[m, 3 * c + 1]
+        rim = ti.min(rim, ti.cast(l / (samples * ti.sqrt(slope)), ti.f32))
+    b /= b.sum()
+    b_right /= b_right.sum()
+    b_down /= b_down.sum()
+    p0, p1, p2 = three_of(vertex, i, 0), three_of(vertex, j, 0), three_of(vertex, k, 0)
+    p = b[0] * p0 + b[1] * p1 + b[2] * p2
+    to_eye = (three(settings, EYE) - p).normalized()
+    facet = (p1 - p0).cross(p2 - p0).normalized()
+    n = facet
+    if surfaces[which, SMOOTH] > 0:
+        n = (
+            b[0] * three_of(vertex, i, NORMAL) + b[1] * three_of(vertex, j, NORMAL)
+            + b[2] * three_of(vertex, k, NORMAL)
+        ).normalized()  # fmt: skip
+    back = 0
+    if facet.dot(to_eye) < 0:
+        back = 1
+        facet = -facet
+        n = -n
+    value = b[0] * vertex[i, VALUE] + b[1] * vertex[j, VALUE] + b[2] * vertex[k, VALUE]
+    # The surface's own colour.
+    kind = ti.cast(surfaces[which, KIND], ti.i32)
+    own = three_of(surfaces, which, FRONT + 3 * back)
+    if kind == 3:
+        lo, hi = surfaces[which, LO], surfaces[which, HI]
+        t = F(0.5) + F(0.5) * (value - 1) / (hi - 1)
+        if value < 1:
+            t = F(0.5) * (value - lo) / (1 - lo)
+        t = ti.math.clamp(t, 0, 1) * (strain.shape[0] - 1)
+        row = ti.min(ti.cast(t, ti.i32), strain.shape[0] - 2)
+        own = three_of(strain, row, 0) + (t - row) * (three_of(strain, row + 1, 0) - three_of(strain, row, 0))
+    elif kind > 0:
+        second = three_of(surfaces, which, SECOND + 3 * back)
+        scale = surfaces[which, SCALE]
+        uv = ti.Vector([F(0.0), F(0.0)])
+        uv_right = ti.Vector([F(0.0), F(0.0)])
+        uv_down = ti.Vector([F(0.0), F(0.0)])
+        for c in ti.static(range(2)):
+            w = Vec3(vertex[i, UV + c], vertex[j, UV + c], vertex[k, UV + c]) / scale
+            uv[c] = b.dot(w)
+            uv_right[c] = b_right.dot(w) - uv[c]
+            uv_down[c] = b_down.dot(w) - uv[c]
+        wide = ti.max(ti.abs(uv_right), ti.abs(uv_down))
+        if kind == 2:
+            half = ti.max(wide, F(1e-3)) / 2
+            s = (wave(uv[0] + half[0]) - wave(uv[0] - half[0])) / (2 * half[0])
+            t = (wave(uv[1] + half[1]) - wave(uv[1] - half[1])) / (2 * half[1])
+            own += (F(0.5) - F(0.5) * s * t) * (second - own)
+        else:
+            light, weft = woven(uv[0], uv[1], ti.max(uv_right.norm(), uv_down.norm()))
+            own = light * (own + weft * (second - own))
+    # Sun: reflected on the lit side; some shines through from the other.
+    to_sun = three(settings, TO_SUN)
+    cosine = n.dot(to_sun)
+    share = cosine
+    out = F(1.0)
+    if facet.dot(to_sun) < 0:
+        out = F(-1.0)
+        share = -surfaces[which, TRANSLUCENCY] * ti.min(cosine, 0)
+    share = ti.max(share, 0)
+    sun = F(0.0)
+    if share > 0:
+        tilt = facet.dot(to_sun)
+        out *= settings[OFFSET] * ti.sqrt(ti.max(F(0.02), 1 - tilt * tilt))
+        q = p + out * facet
+        for s in range(maps.shape[0]):
+            sun += reached(maps, frames, s, q[0], q[1], q[2], F(0.0))
+        sun /= maps.shape[0]
+    # Sky and floor, as seen from this side.
+    sky = F(0.0)
+    floor = F(0.0)
+    for c in ti.static(range(3)):
+        corner = triangles[m, c]
+        sky += b[c] * vertex[corner, SKY_FRONT + 2 * back]
+        floor += b[c] * vertex[corner, FLOOR_FRONT + 2 * back]
+    sun_colour = three(settings, SUN)
+    around = sky * three(settings, SKY) + floor * three(settings, FLOOR)
+    light = own * (share * sun * sun_colour + around)
+    facing = ti.max(n.dot(to_eye), F(0.0))
+    graze = 1 - facing
+    graze2 = graze * graze
+    sheen = surfaces[which, SHEEN]
+    if sheen > 0:
+        soft = sheen * graze2 * graze
+        light += soft * (F(0.25) + F(0.75) * own) * (F(0.5) * share * sun * sun_colour + around)
+    rough = surfaces[which, ROUGHNESS]
+    if rough < F(0.95):
+        alpha = rough * rough
+        power = 2 / (alpha * alpha) - 2
+        h = (to_eye + to_sun).normalized()
+        fresnel = F(0.04) + F(0.96) * graze2 * graze2 * graze
+        shine = F(0.005) * (power + 8) * ti.pow(ti.max(n.dot(h), F(0.0)), power)
+        light += ti.max(cosine, F(0.0)) * sun * shine * sun_colour
+        light += fresnel * (1 - rough) * around * (F(0.6) + F(0.4) * n[1])
+    if surfaces[which, WIRE] > 0:
+        line = ti.math.clamp(settings[WIRE_WIDTH] + F(0.5) - rim, 0, 1) * F(0.75)
+        light += line * (three(settings, WIRE_COLOUR) - light)
+    if surfaces[which, FADE] > 0:
+        light = behind + value * (light - behind)
+    return light
+
+
+@ti.kernel
+def shade(
+    samples: ti.i32, jitter: ti.f64, seen: I2, vertex: F2, triangles: I2, edges: D2, surfaces: F2,
+    settings: F1, strain: F2, frames: F2, maps: F3, encode: F1, picture: U3,
+):  # fmt: skip
+    """The picture: each triangle that a pixel's samples see is shaded once, at the middle of its samples."""
+    ti.loop_config(block_dim=8)
+    for row in range(picture.shape[0]):
+        t = (row + F(0.5)) / picture.shape[0]
+        behind = three(settings, TOP) + t * (three(settings, BOTTOM) - three(settings, TOP))
+        for column in range(picture.shape[1]):
+            light = Vec3(0.0)
+            for s in range(samples * samples):
+                m = seen[row * samples + s // samples, column * samples + s % samples]
+                fresh = 1
+                for r in range(s):
+                    if seen[row * samples + r // samples, column * samples + r % samples] == m:
+                        fresh = 0
+                        break
+                if fresh == 1:
+                    count = 0
+                    x, y = ti.f64(0.0), ti.f64(0.0)
+                    for r in range(s, samples * samples):
+                        i = row * samples + r // samples
+                        j = column * samples + r % samples
+                        if seen[i, j] == m:
+                            a, b = sample_place(i, j, jitter)
+                            x += a
+                            y += b
+                            count += 1
+                    colour = behind
+                    if m >= 0:
+                        colour = colour_at(
+                            m, x / count, y / count, samples, behind, vertex, triangles, edges, surfaces,
+                            settings, strain, frames, maps,
+                        )  # fmt: skip
+                    for c in ti.static(range(3)):
+                        light[c] += count * tone(colour[c])
+            for c in ti.static(range(3)):
+                # The table is indexed by the square root: as fine in the shadows as sRGB is.
+                mean = ti.math.clamp(light[c] / (samples * samples), 0, 1)
+                index = ti.cast(ti.sqrt(mean) * (encode.shape[0] - 1) + F(0.5), ti.i32)
+                picture[row, column, c] = ti.cast(encode[index], ti.u8)
