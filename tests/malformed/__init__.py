@@ -171,6 +171,15 @@ MALFORMED: dict[str, tuple[bytes, tuple[str, ...]]] = {
     "truncated.vtu": (vtu()[:-60], ("cannot be read as VTU",)),
     "short-connectivity.vtu": (vtu(connectivity="0 1 2 0 2"), ("cannot be read as VTU",)),
     "truncated.msh": (msh2()[:-40], ("cannot be read as Gmsh",)),
+    "huge-counts.msh": (
+        msh2().replace(b"$Nodes\n4", b"$Nodes\n4000000000"),
+        ("truncated", "promises 4000000000 nodes"),
+    ),
+    "huge-counts.vtk": (
+        b"# vtk DataFile Version 3.0\ntest\nASCII\nDATASET STRUCTURED_POINTS\nDIMENSIONS 99999 99999 99999\n"
+        b"ORIGIN 0 0 0\nSPACING 1 1 1\n",
+        ("structured grid", "20,000,000"),
+    ),
     "unclosed.msh": (msh2(end=""), ("cannot be read as Gmsh", "not closed")),
     # Nothing to make cloth of.
     "points-only.obj": (obj(SQUARE_V), ("no triangles", "faces")),
@@ -231,6 +240,10 @@ MALFORMED: dict[str, tuple[bytes, tuple[str, ...]]] = {
     "negative-binary.ply": (binary_ply(faces=((0, 1, 2), (0, 2, -1))), ("face 1", "vertex -1")),
     "out-of-range.vtk": (vtk(cells="3 0 1 2\n3 0 2 8\n"), ("face 1", "vertex 8")),
     "out-of-range.vtu": (vtu(connectivity="0 1 2 0 2 8"), ("face 1", "vertex 8")),
+    "huge-node.msh": (
+        msh2(nodes="1 0 0 0\n2 1 0 0\n3 1 1 0\n99999999999 0 1 0\n"),
+        ("node numbered 99999999999",),
+    ),
     "zero-node.msh": (
         msh2("1 2 2 0 1 1 2 3\n2 2 2 0 1 1 3 0\n"),
         ("line 14", "element 2", "node 0", "from 1"),

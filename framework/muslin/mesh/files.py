@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import io
+import math
 import os
 import re
 import warnings
@@ -30,6 +31,7 @@ FORMATS = {
     ".vtu": ("VTU", "vtu"),
     ".msh": ("Gmsh", "gmsh"),
 }
+_MOST = 20_000_000  # points of a structured grid
 _EXPORT_AGAIN = "Export the mesh again, in doubt as OBJ."
 
 
@@ -178,6 +180,8 @@ def _parse(content: bytes, file: str, suffix: str, path: Path) -> Polygons:
         _accept_stl(content, file)
     elif suffix == ".msh":
         _accept_gmsh(content, file)
+    elif suffix == ".vtk":
+        _accept_vtk(content, file)
     elif suffix == ".vtu" and content.count(b"<Piece") > 1:
         raise MeshError(f"{file} is in several pieces.", "Merge them into one piece before saving.")
     found = _through_meshio(path, file, suffix)
@@ -268,7 +272,9 @@ def _accept_binary_ply(header: PlyHeader, size: int, file: str) -> None:
     ]
     count, *_ = [kind for _, kind in face.properties] or [("uchar", "int")]
     if others or unread or len(face.properties) > 1 or {"short", "ushort", "char", "float64"} & set(count):
-        extra = ", ".join(map(str, others or unread)) or "more than a list of corners for each face"
+        extra = (
+            _one_line(", ".join(map(str, others or unread))) or "more than a list of corners for each face"
+        )
         raise MeshError(f"{file} is a binary PLY file with {extra}.", "Save it as ASCII PLY or OBJ.")
     needed = header.size + vertex.count * sum(PLY_SIZES[str(k)] for k in kinds) + 13 * face.count
     if size < needed:
@@ -303,8 +309,26 @@ def _accept_stl(content: bytes, file: str) -> None:
         raise MeshError(f"{file} has facets without exactly three vertices.", _EXPORT_AGAIN)
 
 
+def _accept_vtk(content: bytes, file: str) -> None:
+    """Refuse a structured grid of a size that meshio would fill the memory with."""
+    size = re.search(rb"^DIMENSIONS\s+(\d+)\s+(\d+)\s+(\d+)", content, re.MULTILINE)
+    if size and math.prod(map(int, size.groups())) > _MOST:
+        raise MeshError(f"{file} is a structured grid of more than {_MOST:,} points.", "Save a coarser one.")
+
+
 def _accept_gmsh(content: bytes, file: str) -> None:
-    """Refuse node numbers below 1 in ASCII Gmsh 2, which meshio takes for the last nodes."""
+    """Refuse what meshio takes on trust in ASCII Gmsh: how many nodes there are, and their numbers."""
+    if not re.search(rb"\$MeshFormat\s+\S+\s+0\b", content):
+        return
+    nodes = re.search(rb"^\$Nodes\s+(\d+)(?:[ \t]+(\d+))?(.*?)(^\$|\Z)", content, re.MULTILINE | re.DOTALL)
+    if nodes:
+        promised = max(int(count) for count in nodes.groups()[:2] if count)
+        if promised > len(content):
+            raise MeshError(f"{file} is truncated: it promises {promised} nodes.", _EXPORT_AGAIN)
+        # meshio sets up a table as long as the largest number.
+        if huge := re.search(rb"^\s*(\d{9,})(?=\s)", nodes[3], re.MULTILINE):
+            raise MeshError(f"{file} has a node numbered {huge[1].decode()}.", "Renumber the nodes from 1.")
+    # Version 2: a node number below 1 would count from the end.
     if not re.search(rb"\$MeshFormat\s+2\S*\s+0\b", content):
         return
     lines = content.split(b"\n")
@@ -371,10 +395,13 @@ def _coincident_notice(file: str, X: np.ndarray, places: Places) -> tuple[str, .
 
 
 def _kinds(ignored: dict[str, int]) -> str:
-    return ", ".join(f"{count} {kind} element{'s' * (count != 1)}" for kind, count in ignored.items())
+    return ", ".join(
+        f"{count} {_one_line(kind)} element{'s' * (count != 1)}" for kind, count in ignored.items()
+    )
 
 
 def _one_line(reason: object) -> str:
     """One short line, without the terminal's colours or what a traceback would begin with."""
-    text = re.sub(r"\x1b\[[0-9;]*m", "", str(reason)).encode("ascii", "replace").decode()
+    text = re.sub(r"\x1b\[[0-9;]*m", "", str(reason))
+    text = re.sub(r"[^ -~\s]|[\x1c-\x1f]", "?", text)
     return " ".join(text.replace("Traceback", "").split())[:160].strip(" .:")

@@ -257,7 +257,7 @@ def ply_header(content: bytes, file: str) -> PlyHeader:
         match text.split():
             case ["format", word, *_]:
                 header.format = word
-            case ["element", name, count]:
+            case ["element", name, count] if name.isprintable():
                 header.elements.append(PlyElement(name, line.integer(count, "a count"), []))
                 if header.elements[-1].count < 0:
                     raise line.error("a negative count", "Export the mesh again.")
