@@ -211,7 +211,7 @@ def _through_meshio(path: Path, file: str, suffix: str) -> Polygons:
         raise
     except SystemExit:
         reason = output.getvalue()
-    except (Exception, RecursionError) as error:
+    except Exception as error:
         reason = str(error)
     reason = _one_line(reason.split("Error:")[0])
     raise MeshError(
