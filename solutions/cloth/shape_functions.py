@@ -1,4 +1,4 @@
-"""Shape functions of a triangle in 3D, and the point they interpolate.  (lecture: "Triangular Finite Elements")"""
+"""Shape functions of a triangle in 3D, and interpolation.  (lecture: "Triangular Finite Elements")"""
 
 import taichi as ti
 
@@ -25,7 +25,7 @@ def dphi_dX(X0, X1, X2):
     X0, X1, X2 : undeformed vertices of the triangle, vec3 [m]
     returns    : row i is the gradient of phi_i, mat3 [1/m]
     """
-    # begin solution: rows 1 and 2 are (D^T D)^-1 D^T, and row 0 is minus their sum
+    # begin solution: rows 1 and 2 from the formula of phi_1 and phi_2; row 0 from the sum of all three
     D = ti.Matrix.cols([X1 - X0, X2 - X0])
     G = (D.transpose() @ D).inverse() @ D.transpose()
     g1 = ti.Vector([G[0, 0], G[0, 1], G[0, 2]])

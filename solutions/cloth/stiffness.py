@@ -26,12 +26,14 @@ def d2psi_dFij(U, V, dpsi_ds, d2psi_ds2, dU, ds, dV):
 def eigensystem(s, dpsi_ds, d2psi_ds2):
     """Closed form: eigenvalues of the energy's Hessian for the four modes that turn the principal directions.
 
+    Where the stretches meet, flip is its limit. A cloth that collapses is divided by 1e-6, not by less.
+
     s         : principal stretches, the normal's last, vec3 [1]
     dpsi_ds   : gradient of psi in the stretches, vec3 [Pa]
     d2psi_ds2 : Hessian of psi in the stretches, mat3 [Pa]
     returns   : (flip, twist, out_0, out_1), vec4 [Pa]
     """
-    # begin solution: (psi_0-psi_1)/(s_0-s_1) or its limit; (psi_0+psi_1)/(s_0+s_1); psi_i/s_i; keep s_i off zero
+    # begin solution: four quotients; the limit of the first where the stretches meet; no division by zero
     psi_0, psi_1, s_0, s_1 = dpsi_ds[0], dpsi_ds[1], s[0], s[1]
     gap = s_0 - s_1
     flip = (d2psi_ds2[0, 0] + d2psi_ds2[1, 1]) / 2 - d2psi_ds2[0, 1]  # the limit where the stretches meet

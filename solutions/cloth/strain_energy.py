@@ -1,4 +1,4 @@
-"""Strain measured by principal stretches, and the energy they store.  (lecture: "A Quadratic Energy Model in 2D")
+"""Principal stretches, and the energy they store.  (lecture: "A Quadratic Energy Model in 2D")
 
 The stretches of a cloth triangle come as s = (s_0, s_1, s_2): two in its plane, and the normal's, last, which
 is always 1 and stores no energy.

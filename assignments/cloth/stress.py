@@ -1,0 +1,32 @@
+# cloth 1.0: fill in the functions of this file; README.md explains each.
+"""Stress and the forces it pulls with.  (lecture: "Gradients of Principal Stretch Materials")"""
+
+import taichi as ti
+
+from muslin.given import diag  # given, for your code below  # noqa: F401
+
+
+@ti.func
+def dpsi_dF(U, dpsi_ds, V):
+    """Gradient of the energy in the deformation gradient F = U diag(s) V^T.
+
+    U, V    : rotations of the singular value decomposition, mat3 [1]
+    dpsi_ds : gradient of psi in the stretches, vec3 [Pa]
+    returns : P, mat3 [Pa]
+    """
+    # Your code here: a diagonal matrix is diag(vector); turn it with U and V
+    raise NotImplementedError
+
+
+@ti.func
+def nodal_force(P, grad_phi, area, h):
+    """Force of the triangle on one of its vertices: minus the gradient of its potential energy h a psi.
+
+    P        : dpsi_dF, mat3 [Pa]
+    grad_phi : gradient of the vertex's shape function, vec3 [1/m]
+    area     : undeformed area of the triangle [m^2]
+    h        : thickness [m]
+    returns  : force, vec3 [N]
+    """
+    # Your code here: the chain rule through F; n may be left out, its part vanishes
+    raise NotImplementedError
