@@ -1,0 +1,237 @@
+"""Time integration: a `Model` says what the forces are, an integrator moves a `State` on by dt.
+
+Linearly implicit Euler is one Newton step of backward Euler, from the current velocity::
+
+    (M + dt^2 K) v+ = M v + dt f(q),    q+ = q + dt v+,    K = d2V/dq2 (projected)
+
+Both detect contacts at q and filter v+ at them (S10).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from muslin.cloth import Cloth
+from muslin.colliders import Collider, Contacts, detect, respond
+from muslin.errors import MuslinError, SimulationError
+from muslin.solvers import FreeSystem
+
+
+@dataclass(frozen=True)
+class Spring:
+    """The mouse: pulls one vertex towards a target [m] with a stiffness [N/m]."""
+
+    vertex: int
+    target: tuple[float, float, float]
+    stiffness: float = 1e3
+
+
+@dataclass
+class State:
+    """Positions [m] and velocities [m/s], (n, 3) each, at a time [s]."""
+
+    x: np.ndarray
+    v: np.ndarray
+    time: float = 0.0
+
+
+@dataclass
+class Model:
+    """Everything that acts on a cloth.
+
+    Parameters
+    ----------
+    cloth : Cloth
+    gravity : (3,)
+        Acceleration [m/s^2]; its force is M g, from the mass matrix.
+    held : (k,) int array
+        Pinned vertices.
+    held_velocity : callable, optional
+        (time, dt) -> (k, 3), the velocity that carries pinned vertices through the next step; default: rest.
+    colliders : callable
+        time -> colliders there are at that time.
+    wind : (3,)
+        Air velocity [m/s], felt with `drag` [kg/m^3] across each triangle.
+    spring : Spring, optional
+        Drag spring; may be exchanged between steps.
+    project : bool
+        Make element Hessians positive semi-definite (leave it on).
+    solver : str
+        "auto", "cholmod" or "superlu".
+    """
+
+    cloth: Cloth
+    gravity: np.ndarray
+    held: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
+    held_velocity: Callable[[float, float], np.ndarray] | None = None
+    colliders: Callable[[float], tuple[Collider, ...]] = lambda time: ()
+    wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    drag: float = 0.0
+    spring: Spring | None = None
+    project: bool = True
+    solver: str = "auto"
+
+    def __post_init__(self) -> None:
+        n = len(self.cloth.X)
+        held = np.zeros((n, 3), dtype=bool)
+        held[self.held] = True
+        pattern = self.cloth.pattern
+        self.system = FreeSystem(pattern.indptr, pattern.indices, held.ravel(), self.solver)
+        self.weight = (self.cloth.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
+
+    def external_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Gravity, wind and drag spring, (n, 3) [N]."""
+        f = self.weight.copy()
+        if self.drag:
+            f += self._wind_force(x, v)
+        if self.spring:
+            f[self.spring.vertex] += self.spring.stiffness * (np.asarray(self.spring.target) - x[self.spring.vertex])
+        return f
+
+    def _wind_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Pressure drag along each triangle's normal, a third to each corner."""
+        t = self.cloth.triangles
+        doubled = np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]])
+        relative = np.asarray(self.wind) - v[t].mean(axis=1)
+        length = np.maximum(np.linalg.norm(doubled, axis=1), 1e-300)
+        through = np.einsum("ij,ij->i", relative, doubled) / length
+        force = (self.drag / 2 * np.abs(through) * through / 3)[:, None] * doubled / 2
+        return self.cloth.pattern.vector(np.repeat(force, 3, axis=0))
+
+    def potential(self, x: np.ndarray) -> float:
+        """Energy of gravity and of the drag spring [J]."""
+        energy = -float((self.weight * x).sum())
+        if self.spring:
+            pull = np.asarray(self.spring.target) - x[self.spring.vertex]
+            energy += self.spring.stiffness / 2 * float(pull @ pull)
+        return energy
+
+    def system_matrix(self, dt: float) -> np.ndarray:
+        """CSR data of M + dt^2 K at the cloth's current positions."""
+        K = self.cloth.stiffness_here(self.project)
+        if self.spring:
+            K[self.cloth.pattern.diagonal[self.spring.vertex]] += self.spring.stiffness
+        return self.cloth.mass_data + dt**2 * K
+
+    def known_velocity(self, time: float, dt: float) -> np.ndarray:
+        """Velocities (3n,) with the pinned vertices' filled in, for the step from `time` by dt."""
+        known = np.zeros((len(self.cloth.X), 3))
+        if self.held_velocity is not None and len(self.held):
+            known[self.held] = self.held_velocity(time, dt)
+        return known.ravel()
+
+    def contacts(self, x: np.ndarray, time: float) -> list[Contacts]:
+        """Contacts of the free vertices at x (n, 3)."""
+        found = [detect(collider, x, self.cloth.functions) for collider in self.colliders(time)]
+        if len(self.held) == 0:
+            return found
+        free = [~np.isin(c.vertices, self.held) for c in found]
+        return [Contacts(c.vertices[k], c.normals[k], c.velocities[k]) for c, k in zip(found, free, strict=True)]
+
+
+def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
+    """One step of linearly implicit Euler.  The cloth must have been updated to `state.x`."""
+    contacts = model.contacts(state.x, state.time)
+    f = model.external_force(state.x, state.v) - model.cloth.gradient_here()
+    b = model.cloth.mass @ state.v.ravel() + dt * f.ravel()
+    v = model.system.solve(model.system_matrix(dt), b, model.known_velocity(state.time, dt)).reshape(-1, 3)
+    return _finish(model, state, v, contacts, dt)
+
+
+def backward_euler(
+    model: Model, state: State, dt: float, tolerance: float = 1e-8, iterations: int = 50
+) -> State:
+    """One step of backward Euler, by Newton's method with a backtracking line search.
+
+    Minimises Phi(v) = 1/2 (v - v_n)^T M (v - v_n) + V(q + dt v), whose gradient is the backward Euler equation.
+    Wind is taken at the start of the step.
+
+    Parameters
+    ----------
+    tolerance : float
+        Newton stops when the residual of the backward Euler equation is below this part of the momentum and
+        the impulses in it.
+    iterations : int
+        Newton iterations at most.
+
+    Raises
+    ------
+    SimulationError
+        If Newton does not converge.
+    """
+    cloth, system = model.cloth, model.system
+    contacts = model.contacts(state.x, state.time)
+    air = model.external_force(state.x, state.v) - model.external_force(state.x, 0 * state.v) if model.drag else 0.0
+    known = model.known_velocity(state.time, dt)
+    start = np.where(system.held, known, state.v.ravel())
+    free = ~system.held
+
+    def objective(v: np.ndarray) -> float:
+        x = state.x + dt * v.reshape(-1, 3)
+        cloth.update(x)
+        dv = v - state.v.ravel()
+        drag = float(np.sum(air * x)) if model.drag else 0.0
+        return 0.5 * float(dv @ (cloth.mass @ dv)) + cloth.energy_here() + model.potential(x) - drag
+
+    def residual(v: np.ndarray) -> tuple[np.ndarray, float]:
+        x = state.x + dt * v.reshape(-1, 3)
+        momentum = cloth.mass @ (v - state.v.ravel())
+        elastic = dt * cloth.gradient_here().ravel()
+        external = dt * (model.external_force(x, 0 * state.v) + air).ravel()
+        scale = max(np.linalg.norm(part[free]) for part in (momentum, elastic, external))
+        scale = max(scale, float(np.linalg.norm((cloth.mass @ v)[free])))
+        return momentum + elastic - external, scale
+
+    v = start
+    phi = objective(v)
+    for _ in range(iterations):
+        r, scale = residual(v)
+        size = float(np.linalg.norm(r[free]))
+        if not np.isfinite(size):
+            raise SimulationError("Newton's method met a NaN.", "Reduce dt, or look at your functions.")
+        if size <= tolerance * scale:
+            return _finish(model, state, v.reshape(-1, 3), contacts, dt)
+        step = system.solve(model.system_matrix(dt), -r, np.zeros_like(r))
+        slope = float(r @ step)
+        length, trial = 1.0, objective(v + step)
+        rounding = 1e-14 * (abs(phi) + abs(trial))
+        while not trial <= phi + 1e-4 * length * slope + rounding:
+            length /= 2
+            if length < 1e-10:
+                raise SimulationError(
+                    f"Newton's line search found no descent (residual {size / scale:.1e} of its scale).",
+                    "Reduce dt, or check force and Hessian against each other.",
+                )
+            trial = objective(v + length * step)
+        v, phi = v + length * step, trial
+    raise SimulationError(
+        f"Newton's method did not converge in {iterations} iterations (residual {size / scale:.1e} of its scale).",
+        "Reduce dt.",
+    )
+
+
+def _finish(model: Model, state: State, v: np.ndarray, contacts: list[Contacts], dt: float) -> State:
+    v = respond(v, contacts, model.cloth.functions)
+    return State(state.x + dt * v, v, state.time + dt)
+
+
+INTEGRATORS: dict[str, Callable[[Model, State, float], State]] = {
+    "linearly-implicit": linearly_implicit_euler,
+    "backward-euler": backward_euler,
+}
+
+
+def integrator(name: str) -> Callable[[Model, State, float], State]:
+    """Integrator by name.
+
+    Raises
+    ------
+    MuslinError
+        If there is none of that name.
+    """
+    if name not in INTEGRATORS:
+        raise MuslinError(f"There is no integrator {name!r}.", f"There is: {', '.join(INTEGRATORS)}.")
+    return INTEGRATORS[name]

@@ -1,0 +1,19 @@
+"""A square metre of cloth falls five centimetres onto a sphere and drapes itself over it."""
+
+from muslin.scenes.scene import Scene, lying
+
+SCENE = Scene(
+    name="drape",
+    title="A cloth draped over a sphere",
+    resolution=64,
+    mu=2e3,
+    lam=2e3,
+    rho=0.2,
+    sphere=True,
+    sphere_center=(0.0, 0.0, 0.0),
+    sphere_radius=0.3,
+    start_at=(0.02, 0.35, 0.035),  # slightly off centre
+    ground=-0.62,
+    view=(0.55, 0.42, 1.0),
+    start=lying,
+)

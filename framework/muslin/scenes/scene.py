@@ -1,0 +1,231 @@
+"""What a scene is: plain parameters anyone may override, and the few functions that make it particular."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from muslin import mesh as meshes
+from muslin import paths
+from muslin.colliders import Collider, Sphere
+from muslin.errors import MuslinError
+from muslin.material import lame
+from muslin.mesh import Mesh
+
+EARTH = (0.0, -9.81, 0.0)
+Vec = tuple[float, float, float]
+
+
+def as_it_is(scene: Scene, mesh: Mesh) -> np.ndarray:
+    """Start in the undeformed shape."""
+    return mesh.vertices.copy()
+
+
+def lying(scene: Scene, mesh: Mesh) -> np.ndarray:
+    """Start undeformed, turned to lie horizontally, its middle at `scene.start_at`."""
+    area, normal = meshes.area_and_normal(mesh.vertices, mesh.triangles)
+    n = area @ normal
+    n /= np.linalg.norm(n)
+    side = np.cross(n, (0.0, 0.0, 1.0)) if abs(n[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    turn = np.stack([side, n, np.cross(side, n)])
+    flat = mesh.vertices @ turn.T
+    middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
+    return flat - middle + np.asarray(scene.start_at)
+
+
+def one_sphere(scene: Scene, time: float) -> tuple[Collider, ...]:
+    """The scene's sphere, if it is switched on, moving with `sphere_velocity`."""
+    if not scene.sphere:
+        return ()
+    center = np.asarray(scene.sphere_center) + time * np.asarray(scene.sphere_velocity)
+    return (Sphere(tuple(center.tolist()), scene.sphere_radius, scene.sphere_velocity),)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A cloth, what holds it, what pulls at it, what it meets, and how time passes.
+
+    Everything but the functions at the end can be overridden by name (`--set key=value`).
+    """
+
+    name: str
+    title: str
+    mesh: str = "grid"  # "grid", a mesh Muslin ships, or a file
+    resolution: int = 64  # vertices along each side of a grid
+    pinned: str = "none"  # none, highest-row, corners, collar, or vertex numbers
+    E: float | None = None  # Young's modulus [Pa] and Poisson's ratio, or the Lamé parameters
+    nu: float | None = None
+    mu: float | None = None
+    lam: float | None = None
+    swap_lame: bool = False  # pass lam for mu, as the original course's starter code did
+    rho: float = 1.0
+    h: float = 1.0
+    gravity: Vec = EARTH
+    dt: float = 1 / 240
+    steps: int = 480
+    frame_every: int = 4  # steps between frames
+    fps: int = 60  # of the video
+    integrator: str = "linearly-implicit"
+    solver: str = "auto"
+    project: bool = True
+    sphere: bool = False
+    sphere_center: Vec = (0.0, 0.0, 0.0)
+    sphere_radius: float = 0.3
+    sphere_velocity: Vec = (0.0, 0.0, 0.0)
+    wind: Vec = (0.0, 0.0, 0.0)
+    drag: float = 0.0  # of the air [kg/m^3]
+    start_at: Vec = (0.0, 0.0, 0.0)
+    start_velocity: Vec = (0.0, 0.0, 0.0)
+    drag_vertex: int = -1  # the mouse: which vertex (none: -1), where to, how stiff
+    drag_to: Vec = (0.0, 0.0, 0.0)
+    drag_stiffness: float = 1e3
+    view: Vec = (0.4, 0.35, 1.0)  # direction from the cloth to the camera
+    ground: float | None = None  # height of a floor to draw (and, with `floor`, to collide with)
+    floor: bool = False
+    start: Callable[[Any, Mesh], np.ndarray] = as_it_is
+    colliders: Callable[[Any, float], tuple[Collider, ...]] = one_sphere
+    carried: Callable[[Any, np.ndarray, float], np.ndarray] | None = None  # where pinned vertices are at a time
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """Lamé parameters (mu, lam) [Pa], from whichever pair was given."""
+        if self.mu is not None and self.lam is not None:
+            return (self.lam, self.mu) if self.swap_lame else (self.mu, self.lam)
+        if self.E is None or self.nu is None:
+            raise MuslinError(f"The scene {self.name!r} needs E and nu, or mu and lam.")
+        return lame(self.E, self.nu, self.swap_lame)
+
+    def parameters(self) -> dict[str, Any]:
+        """All that can be overridden, by name."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name not in _FIXED}
+
+    def load_mesh(self) -> Mesh:
+        """The undeformed cloth."""
+        if self.mesh == "grid":
+            return meshes.grid(self.resolution, self.resolution, name=f"grid {self.resolution}x{self.resolution}")
+        shipped = paths.meshes() / f"{self.mesh}.obj"
+        return meshes.load(shipped if shipped.is_file() and not Path(self.mesh).exists() else self.mesh)
+
+    def pinned_vertices(self, mesh: Mesh) -> np.ndarray:
+        """Numbers of the vertices that are held.
+
+        Raises
+        ------
+        MuslinError
+            If `pinned` is neither a known rule nor a list of vertex numbers.
+        """
+        X = mesh.vertices
+        if self.pinned in PINS:
+            return PINS[self.pinned](X, float(np.ptp(X, axis=0).max()))
+        try:
+            chosen = np.array([int(word) for word in str(self.pinned).replace(",", " ").split()], dtype=int)
+        except ValueError:
+            raise MuslinError(
+                f"pinned = {self.pinned!r} is not understood.",
+                f"Write one of {', '.join(PINS)}, or vertex numbers such as 0,19.",
+            ) from None
+        if len(chosen) and not (chosen.min() >= 0 and chosen.max() < len(X)):
+            raise MuslinError(f"pinned = {self.pinned!r}: this mesh has vertices 0 to {len(X) - 1}.")
+        return np.unique(chosen)
+
+
+_FIXED = {"name", "title", "start", "colliders", "carried"}
+
+
+def _none(X: np.ndarray, size: float) -> np.ndarray:
+    return np.empty(0, dtype=int)
+
+
+def _highest_row(X: np.ndarray, size: float) -> np.ndarray:
+    return np.flatnonzero(X[:, 1] > X[:, 1].max() - 1e-6 * size)
+
+
+def _corners(X: np.ndarray, size: float) -> np.ndarray:
+    """The two upper corners: extreme in x among the highest row."""
+    row = _highest_row(X, size)
+    return row[[int(np.argmin(X[row, 0])), int(np.argmax(X[row, 0]))]]
+
+
+def _collar(X: np.ndarray, size: float) -> np.ndarray:
+    """The inner arc of a cape pattern: the vertices nearest its centre, the origin."""
+    radius = np.linalg.norm(X, axis=1)
+    return np.flatnonzero(radius < radius.min() + 1e-6 * size)
+
+
+#: Rules for `pinned`, on the undeformed positions.
+PINS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
+    "none": _none,
+    "highest-row": _highest_row,
+    "corners": _corners,
+    "collar": _collar,
+}
+
+
+def override(scene: Scene, **values: Any) -> Scene:
+    """Copy of a scene with some parameters changed; text is converted to the parameter's type.
+
+    Raises
+    ------
+    MuslinError
+        If a parameter is unknown or a value cannot be read.
+    """
+    known = scene.parameters()
+    changes: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in known:
+            raise MuslinError(
+                f"The scene {scene.name!r} has no parameter {name!r}.", f"It has: {', '.join(sorted(known))}."
+            )
+        changes[name] = _convert(name, value, _kind(scene, name))
+    if {"E", "nu"} & changes.keys() and not {"mu", "lam"} & changes.keys():
+        changes |= {"mu": None, "lam": None}  # the pair given last counts
+    for name, low in (("dt", 0.0), ("steps", -1), ("frame_every", 0), ("fps", 0), ("resolution", 1)):
+        if name in changes and not changes[name] > low:
+            raise MuslinError(f"{name} = {changes[name]} must be above {low}.")
+    return dataclasses.replace(scene, **changes)
+
+
+def _kind(scene: Scene, name: str) -> str:
+    return next(str(f.type) for f in dataclasses.fields(scene) if f.name == name)
+
+
+def _convert(name: str, value: Any, kind: str) -> Any:
+    """Read a parameter from text (or pass it through) according to its declared type."""
+    try:
+        if kind == "bool":
+            words = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+            return words[str(value).strip().lower()]
+        if kind == "int":
+            if float(value) != int(float(value)):
+                raise ValueError
+            return int(float(value))
+        if kind == "Vec":
+            parts = value.replace(",", " ").split() if isinstance(value, str) else list(value)
+            vector = tuple(_number(part) for part in parts)
+            if len(vector) != 3:
+                raise ValueError
+            return vector
+        if kind.startswith("float"):
+            return None if value is None or value == "none" else _number(value)
+        return str(value)
+    except (ValueError, TypeError, KeyError, OverflowError, ZeroDivisionError):
+        wanted = {"bool": "on or off", "int": "a whole number", "Vec": "three numbers such as 0,-9.81,0"}
+        raise MuslinError(f"{name} = {value!r} is not {wanted.get(kind, 'a number')}.") from None
+
+
+def _number(text: Any) -> float:
+    """A finite number; fractions such as 1/240 are read too."""
+    if isinstance(text, str) and "/" in text:
+        above, below = text.split("/")
+        number = float(above) / float(below)
+    else:
+        number = float(text)
+    if not np.isfinite(number):
+        raise ValueError(text)
+    return number

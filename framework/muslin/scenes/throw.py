@@ -1,0 +1,9 @@
+"""The course's cloth, thrown forwards over the sphere."""
+
+from dataclasses import replace
+
+from muslin.scenes.course import SCENE as COURSE
+
+SCENE = replace(
+    COURSE, name="throw", title="The course's square, thrown onto the sphere", gravity=(0.0, -1273.4, 1273.4)
+)

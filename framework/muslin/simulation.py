@@ -1,0 +1,306 @@
+"""Run a scene: mesh -> model -> steps -> frames.
+
+`simulate` is the one way in, from Python and from the command line alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from muslin import mesh as meshes
+from muslin import paths, scenes
+from muslin.cloth import Cloth
+from muslin.colliders import Collider, Contacts, Plane
+from muslin.errors import MuslinError, SimulationError
+from muslin.integrators import Model, Spring, State, integrator
+from muslin.mesh import Mesh
+from muslin.runs import RunFolder, Writer, as_table
+from muslin.scenes import Scene
+from muslin.skinning import bind
+from muslin.tasks import Functions, load
+
+
+@dataclass
+class Run:
+    """What a simulation leaves.
+
+    Attributes
+    ----------
+    x, v : (n, 3) arrays
+        Final positions [m] and velocities [m/s].
+    x0, v0 : (n, 3) arrays
+        Those it started from.
+    energies : record array
+        One row per step, the start included: step, time, kinetic, elastic, gravity [J], contacts, approach
+        (smallest n^T v in contact after the filter [m/s]), penetration (deepest vertex [m]).
+    scene : Scene
+    mesh : Mesh
+    cloth : Cloth
+    folder : Path, optional
+        Where it was written.
+    interrupted : bool
+        Whether Ctrl-C ended it early.
+    """
+
+    x: np.ndarray
+    v: np.ndarray
+    x0: np.ndarray
+    v0: np.ndarray
+    energies: np.recarray
+    scene: Scene
+    mesh: Mesh
+    cloth: Cloth
+    folder: Path | None = None
+    interrupted: bool = False
+
+
+def build(
+    scene: Scene,
+    functions: Functions | None = None,
+    energy: str = "linearised",
+    hessian: str = "closed",
+) -> tuple[Model, State]:
+    """Model and starting state of a scene.
+
+    Returns
+    -------
+    model : Model
+    state : State
+    """
+    mesh = scene.load_mesh()
+    mu, lam = scene.lame
+    cloth = Cloth(
+        mesh, mu=mu, lam=lam, rho=scene.rho, h=scene.h, functions=functions, energy=energy, hessian=hessian
+    )
+    x = np.ascontiguousarray(scene.start(scene, mesh))
+    held = scene.pinned_vertices(mesh)
+    carried = scene.carried
+
+    def held_velocity(time: float, dt: float) -> np.ndarray:
+        assert carried is not None
+        start = x[held]
+        return (carried(scene, start, time + dt) - carried(scene, start, time)) / dt
+
+    model = Model(
+        cloth,
+        gravity=np.asarray(scene.gravity),
+        held=held,
+        held_velocity=held_velocity if carried else None,
+        colliders=lambda time: scene.colliders(scene, time),
+        wind=scene.wind,
+        drag=scene.drag,
+        spring=_spring(scene, len(x)),
+        project=scene.project,
+        solver=scene.solver,
+    )
+    v = np.tile(np.asarray(scene.start_velocity, float), (len(x), 1))
+    v[held] = 0.0
+    return model, State(x, v)
+
+
+def _spring(scene: Scene, n: int) -> Spring | None:
+    if scene.drag_vertex < 0:
+        return None
+    if scene.drag_vertex >= n:
+        raise MuslinError(f"drag_vertex = {scene.drag_vertex}: this mesh has vertices 0 to {n - 1}.")
+    return Spring(scene.drag_vertex, scene.drag_to, scene.drag_stiffness)
+
+
+def simulate(
+    scene: str | Scene,
+    *,
+    functions: Functions | Path | str | None = None,
+    steps: int | None = None,
+    mesh: Path | str | None = None,
+    energy: str = "linearised",
+    hessian: str = "closed",
+    display: Path | str | None = None,
+    out: Path | str | None = None,
+    resume: bool = False,
+    on_step: Callable[[int, int], None] | None = None,
+    **parameters: Any,
+) -> Run:
+    """Simulate a scene.
+
+    Parameters
+    ----------
+    scene : str or Scene
+        A name from `muslin.scenes.SCENES`.
+    functions : Functions or path, optional
+        Whose functions run: a folder of the assignment's files. Default: the framework's own element.
+    steps : int, optional
+        Time steps; default the scene's.
+    mesh : path, optional
+        Another undeformed cloth than the scene's.
+    energy : {"linearised", "area", "volumetric"}
+    hessian : {"closed", "lecture"}
+    display : path, optional
+        A finer mesh to carry along and show, in the same undeformed space.
+    out : path, optional
+        Folder to write the run to; an earlier run there is replaced.
+    resume : bool
+        Go on from the checkpoint in `out` instead; scene and parameters are the ones recorded there.
+    on_step : callable, optional
+        Called as (step, steps) after every step.
+    **parameters
+        Any scene parameter: mu, lam, dt, gravity, pinned, sphere, ...
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    SimulationError
+        If it blows up; what was written so far stays usable.
+    MuslinError
+        For a scene, parameter, mesh or folder that does not exist or make sense.
+    """
+    if resume:
+        return _resume(scene, functions, steps, out, on_step)
+    overrides = dict(parameters)
+    if steps is not None:
+        overrides["steps"] = steps
+    if mesh is not None:
+        overrides["mesh"] = str(mesh)
+    chosen = scenes.override(scene, **overrides) if isinstance(scene, Scene) else scenes.get(scene, **overrides)
+    functions = load(functions) if isinstance(functions, (str, Path)) else functions
+    model, state = build(chosen, functions, energy, hessian)
+    shown = meshes.load(display) if display is not None else None
+    writer = None
+    if out is not None:
+        writer = Writer(out, _description(chosen, functions, energy, hessian))
+        writer.meshes(model.cloth.mesh, model.held, shown)
+    return _march(chosen, model, state, writer, shown, on_step)
+
+
+def _description(scene: Scene, functions: Functions | None, energy: str, hessian: str) -> dict[str, Any]:
+    parameters = scene.parameters()
+    if scene.mesh != "grid" and Path(scene.mesh).is_file():
+        parameters["mesh"] = str(Path(scene.mesh).resolve())
+    return {
+        "scene": scene.name,
+        "parameters": parameters,
+        "functions": str(functions.folder.resolve()) if functions else None,
+        "energy": energy,
+        "hessian": hessian,
+    }
+
+
+def _resume(
+    scene: str | Scene,
+    functions: Functions | Path | str | None,
+    steps: int | None,
+    out: Path | str | None,
+    on_step: Callable[[int, int], None] | None,
+) -> Run:
+    if out is None:
+        raise MuslinError("To resume, name the folder of the run.", "Use --out DIR --resume.")
+    folder = RunFolder(out)
+    recorded = folder.description
+    if isinstance(scene, str) and scene != recorded["scene"]:
+        raise MuslinError(f"{paths.shown(out)} holds the scene {recorded['scene']!r}, not {scene!r}.")
+    chosen = folder.scene if steps is None else replace(folder.scene, steps=steps)
+    if functions is None and recorded["functions"]:
+        functions = recorded["functions"]
+    functions = load(functions) if isinstance(functions, (str, Path)) else functions
+    model, start = build(chosen, functions, recorded["energy"], recorded["hessian"])
+    state, step, frame = folder.checkpoint()
+    shown = None
+    if (folder.folder / "display.npz").is_file():
+        shown = Mesh.from_arrays(folder.rest, folder.shown_triangles, name="display")
+    writer = Writer(out, {}, resume=True)
+    for row in folder.energies:
+        if row["step"] <= step:
+            writer.row(tuple(row))
+    return _march(chosen, model, state, writer, shown, on_step, start, step, frame)
+
+
+def _march(
+    scene: Scene,
+    model: Model,
+    state: State,
+    writer: Writer | None,
+    shown: Mesh | None,
+    on_step: Callable[[int, int], None] | None,
+    start: State | None = None,
+    step: int = 0,
+    frame: int = 0,
+) -> Run:
+    """Take steps until the scene's last, from `step` on."""
+    advance = integrator(scene.integrator)
+    first = start or state
+    cloth = model.cloth
+    skin = bind(shown, cloth.mesh, cloth.functions) if shown is not None else None
+    rows: list[tuple[float, ...]] = writer.rows if writer else []
+    interrupted = False
+
+    def save(number: int, at: int) -> None:
+        if writer:
+            writer.frame(number, at, state, skin.carry(state.x) if skin else None)
+
+    with np.errstate(invalid="ignore", over="ignore"):
+        cloth.update(state.x)
+        if step == 0:
+            rows.append(_row(model, state, 0, []))
+            save(0, 0)
+        try:
+            while step < scene.steps:
+                contacts = model.contacts(state.x, state.time)
+                following = advance(model, state, scene.dt)
+                if not (np.isfinite(following.x).all() and np.isfinite(following.v).all()):
+                    raise _blown_up(following, step + 1, scene, writer)
+                cloth.update(following.x)
+                state, step = following, step + 1
+                rows.append(_row(model, state, step, contacts))
+                if step % scene.frame_every == 0 or step == scene.steps:
+                    frame += 1
+                    save(frame, step)
+                if on_step:
+                    on_step(step, scene.steps)
+        except KeyboardInterrupt:
+            interrupted = True
+        finally:
+            if writer:
+                writer.close()
+    return Run(
+        state.x, state.v, first.x, first.v, as_table(rows), scene, cloth.mesh, cloth,
+        writer.folder if writer else None, interrupted,
+    )  # fmt: skip
+
+
+def _row(model: Model, state: State, step: int, contacts: list[Contacts]) -> tuple[float, ...]:
+    cloth = model.cloth
+    approach, count = 0.0, 0
+    for c in contacts:
+        if len(c.vertices):
+            relative = state.v[c.vertices] - c.velocities
+            slowest = float(np.einsum("ij,ij->i", relative, c.normals).min())
+            approach = min(approach, slowest) if count else slowest
+            count += len(c.vertices)
+    depth = max((_depth(collider, state.x) for collider in model.colliders(state.time)), default=0.0)
+    kinetic, elastic = cloth.kinetic_energy(state.v), cloth.energy_here()
+    return (step, state.time, kinetic, elastic, model.potential(state.x), count, approach, depth)
+
+
+def _depth(collider: Collider, x: np.ndarray) -> float:
+    """How deep the deepest vertex is inside a collider [m], 0 if none is."""
+    if isinstance(collider, Plane):
+        n = np.asarray(collider.normal) / np.linalg.norm(collider.normal)
+        return max(0.0, -float(((x - np.asarray(collider.point)) @ n).min()))
+    center, _ = collider.nearest(x)
+    return max(0.0, collider.radius - float(np.sqrt(((x - center) ** 2).sum(axis=1).min())))
+
+
+def _blown_up(state: State, step: int, scene: Scene, writer: Writer | None) -> SimulationError:
+    bad = np.flatnonzero(~(np.isfinite(state.x) & np.isfinite(state.v)).all(axis=1))
+    kept = f" What was simulated until then is in {paths.shown(writer.folder)}." if writer else ""
+    return SimulationError(
+        f"The simulation of {scene.name!r} blew up at step {step}: vertex {bad[0]} (of {len(bad)}) is not a number.",
+        f"Reduce dt, or check force and Hessian.{kept}",
+    )
