@@ -393,15 +393,17 @@ def answers(source: Path) -> dict[str, str]:
 
 def _leaks(source: Path, files: Mapping[str, bytes]) -> Iterator[str]:
     """Where released files repeat an answer, however it is spaced."""
-    patterns = {
-        answer: (re.compile(_spaced_anyhow(answer)), where) for answer, where in answers(source).items()
-    }
+    looked_for = [
+        (re.sub(r"\s", "", answer), answer, where, re.compile(_spaced_anyhow(answer)))
+        for answer, where in answers(source).items()
+    ]
     for relative, content in files.items():
         if Path(relative).suffix.lower() in PICTURE_TYPES and not relative.endswith(".svg"):
             continue
         text = content.decode("utf-8", errors="replace")
-        for answer, (pattern, where) in patterns.items():
-            if match := pattern.search(text):
+        squeezed = re.sub(r"\s", "", text)
+        for symbols, answer, where, pattern in looked_for:
+            if symbols in squeezed and (match := pattern.search(text)):
                 line = text.count("\n", 0, match.start()) + 1
                 yield f"{relative}, line {line}: gives away `{answer}` ({where})"
 
