@@ -85,13 +85,13 @@ class Material:
         )  # fmt: skip
 
 
-CLOTH = Material("weave", "#d9c7a6", back="#cdb48c", scale=0.007, sheen=0.25, translucency=0.18)
+CLOTH = Material("weave", "#c04a35", back="#dfb48c", scale=0.005, sheen=0.3, translucency=0.12)
 """Unbleached muslin."""
 
 PROP = Material("solid", "#8d99a6", roughness=0.45)
 """Glazed grey, for spheres and capsules."""
 
-GROUND = Material("solid", "#e2dfda")
+GROUND = Material("solid", "#e6e5e3")
 """The studio floor."""
 
 

@@ -32,8 +32,8 @@ class Quality:
 
 QUALITIES = {
     "draft": Quality(1, 1, 1024, 0, 1),
-    "good": Quality(2, 10, 768, 48, 128),
-    "best": Quality(4, 32, 1536, 160, 256),
+    "good": Quality(2, 24, 352, 48, 112),
+    "best": Quality(4, 64, 1024, 192, 192),
 }
 
 
@@ -53,13 +53,13 @@ class Light:
         Radius of the sun as seen from the scene [degrees]; the real one, 0.27, has hard shadows.
     """
 
-    direction: tuple[float, float, float] = (-0.55, 0.95, 0.55)
-    sun: Colour = "#fff1de"
-    sky: Colour = "#e9f1fb"
+    direction: tuple[float, float, float] = (-0.75, 0.9, 0.5)
+    sun: Colour = "#fff4e6"
+    sky: Colour = "#eaf1fa"
     floor: Colour = "#f2e6d8"
-    sun_strength: float = 0.78
-    sky_strength: float = 0.42
-    floor_strength: float = 0.16
+    sun_strength: float = 0.88
+    sky_strength: float = 0.46
+    floor_strength: float = 0.18
     softness: float = 3.0
 
 
@@ -81,7 +81,7 @@ class Legend:
     corner: str = "bottom right"
 
 
-BACKGROUND: tuple[Colour, Colour] = ("#dfe3e8", "#f0ede9")
+BACKGROUND: tuple[Colour, Colour] = ("#eceef0", "#e6e4e1")
 """Top and bottom of the picture behind everything."""
 
 _BANDS = 48  # row bands per picture; any number gives the same picture
@@ -158,7 +158,8 @@ def draw(
     )
     sun_maps = _buffer("sun", (settled.sun_maps, settled.sun_texels, settled.sun_texels))
     bands = 8 if settled.sun_maps < 4 else 1
-    raster.depth_maps(scene.vertex, scene.casters, sun_frames, 0, bands, sun_maps)
+    scratch = _buffer("sun points", (settled.sun_maps * bands, len(scene.points), 3))
+    raster.depth_maps(scene.vertex, scene.casters, sun_frames, 0, bands, scratch, sun_maps)
     _light_vertices(scene, settled, up)
 
     settings = np.zeros(shade.SETTINGS, dtype=np.float32)
@@ -332,7 +333,8 @@ def _light_vertices(scene: _Scene, settled: Quality, up: NDArray[np.float64]) ->
     directions = _hemisphere(up, settled.sky_maps)
     frames, texel = _frames(directions, scene, settled.sky_texels)
     maps = _buffer("sky", (2 * settled.sky_maps, settled.sky_texels, settled.sky_texels))
-    raster.depth_maps(scene.vertex, scene.casters, frames, 1, 1, maps)
+    scratch = _buffer("sky points", (settled.sky_maps, len(scene.points), 3))
+    raster.depth_maps(scene.vertex, scene.casters, frames, 1, 1, scratch, maps)
     height = directions @ up
     to_light = np.zeros((2 * settled.sky_maps, 5), dtype=np.float32)
     to_light[: settled.sky_maps, :3] = directions
@@ -341,6 +343,7 @@ def _light_vertices(scene: _Scene, settled: Quality, up: NDArray[np.float64]) ->
     to_light[: settled.sky_maps, 3] = 1 / height.sum()
     to_light[settled.sky_maps :, 4] = 1 / height.sum()
     shade.sky_light(scene.vertex, frames, maps, to_light, 1.5 * texel)
+    shade.smooth_light(scene.triangles, 3, scene.vertex, _buffer("sums", (len(scene.vertex), 5)))
 
 
 def _frames(directions: NDArray[np.float64], scene: _Scene, texels: int) -> tuple[NDArray[np.float32], float]:
@@ -365,15 +368,16 @@ def _frames(directions: NDArray[np.float64], scene: _Scene, texels: int) -> tupl
 
 
 def _sun_disc(to_sun: NDArray[np.float64], softness: float, n: int) -> NDArray[np.float64]:
-    """Directions spread evenly over the sun's disc (a sunflower's seeds), (n, 3)."""
+    """Directions over the sun's disc, (n, 3): eight on its rim, the rest inside like a sunflower's seeds."""
     if n == 1:
         return to_sun[None]
     u = np.cross(to_sun, np.eye(3)[np.argmin(np.abs(to_sun))])
     u /= np.linalg.norm(u)
     v = np.cross(to_sun, u)
-    k = np.arange(n)
-    r = np.tan(np.radians(softness)) * np.sqrt((k + 0.5) / n)
-    phi = k * np.pi * (3 - np.sqrt(5)) + 0.4
+    rim, inside = min(n, 8), np.arange(max(n - 8, 0))
+    r = np.concatenate([np.ones(rim), 0.88 * np.sqrt((inside + 0.5) / max(len(inside), 1))])
+    r *= np.tan(np.radians(softness))
+    phi = np.concatenate([np.arange(rim) * 2 * np.pi / rim, inside * np.pi * (3 - np.sqrt(5)) + 0.4])
     d = to_sun + r[:, None] * (np.cos(phi)[:, None] * u + np.sin(phi)[:, None] * v)
     return d / np.linalg.norm(d, axis=1, keepdims=True)
 

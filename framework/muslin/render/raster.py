@@ -100,15 +100,32 @@ def rasterise(edges: D2, box: I2, near: ti.f64, jitter: ti.f64, bands: ti.i32, d
             first = ti.max(box[m, 2], top)
             last = ti.min(box[m, 3] + 1, bottom)
             if first < last:
-                a0, b0, c0 = edges[m, 0], edges[m, 1], edges[m, 2]
-                a1, b1, c1 = edges[m, 3], edges[m, 4], edges[m, 5]
-                a2, b2, c2 = edges[m, 6], edges[m, 7], edges[m, 8]
+                a = ti.Vector([edges[m, 0], edges[m, 3], edges[m, 6]])
+                b = ti.Vector([edges[m, 1], edges[m, 4], edges[m, 7]])
+                c = ti.Vector([edges[m, 2], edges[m, 5], edges[m, 8]])
+                left, right = box[m, 0], box[m, 1] + 1
+                wide = right - left > 6
                 for row in range(first, last):
-                    for column in range(box[m, 0], box[m, 1] + 1):
-                        x, y = sample_place(row, column, jitter)
-                        l0 = a0 * x + b0 * y + c0
-                        l1 = a1 * x + b1 * y + c1
-                        l2 = a2 * x + b2 * y + c2
+                    x = 0.5 + jitter * (1 - 2 * (row & 1))
+                    y = row + 0.5
+                    start = a * x + b * y + c  # at column 0, without the columns' own jitter
+                    step = b * jitter
+                    begin, end = left, right
+                    if wide:  # a narrower span, with a sample to spare on each side
+                        lo, hi = ti.f64(left), ti.f64(right)
+                        for i in ti.static(range(3)):
+                            zero = -(start[i] + ti.abs(step[i])) / a[i]
+                            if a[i] > 0:
+                                lo = ti.max(lo, zero - 1)
+                            elif a[i] < 0:
+                                hi = ti.min(hi, zero + 2)
+                        begin = ti.cast(ti.min(lo, right), ti.i32)
+                        end = ti.cast(ti.max(hi, left), ti.i32)
+                    for column in range(begin, end):
+                        side = ti.f64(2 * (column & 1) - 1)
+                        l0 = start[0] + a[0] * column + side * step[0]
+                        l1 = start[1] + a[1] * column + side * step[1]
+                        l2 = start[2] + a[2] * column + side * step[2]
                         if l0 >= 0 and l1 >= 0 and l2 >= 0:
                             w = ti.cast(l0 + l1 + l2, ti.f32)
                             if w > depth[row, column] and w * near <= 1:
@@ -117,64 +134,67 @@ def rasterise(edges: D2, box: I2, near: ti.f64, jitter: ti.f64, bands: ti.i32, d
 
 
 @ti.kernel
-def depth_maps(points: F2, triangles: I2, frames: F2, far_side: ti.i32, bands: ti.i32, maps: F3):
+def depth_maps(
+    points: F2, triangles: I2, frames: F2, far_side: ti.i32, bands: ti.i32, scratch: F3, maps: F3
+):
     """Orthographic depth maps: the height of the first surface met by parallel light.
 
     frames (k, 12): rows u, v (in texels) and height towards the light, each three numbers and an offset;
-    maps (k, r, r) the greatest height over each texel, or with `far_side` maps (2k, r, r), where map k + i is
-    the least height over each texel of map i: what the opposite light meets first.
+    scratch (k * bands, n, 3) for the points in those axes; maps (k, r, r) the greatest height over each
+    texel, or with `far_side` maps (2k, r, r), where map k + i is the least height over each texel of map i:
+    what the opposite light meets first.
     """
     res = maps.shape[1]
     count = frames.shape[0]
+    half = F(0.5)
     ti.loop_config(block_dim=1)
     for task in range(count * bands):
         k = task // bands
         band = task % bands
         top = band * res // bands
         bottom = (band + 1) * res // bands
+        for q in range(points.shape[0]):
+            x, y, z = points[q, 0], points[q, 1], points[q, 2]
+            for r in ti.static(range(3)):
+                scratch[task, q, r] = (
+                    frames[k, 4 * r] * x
+                    + frames[k, 4 * r + 1] * y
+                    + frames[k, 4 * r + 2] * z
+                    + frames[k, 4 * r + 3]
+                )
         for y in range(top, bottom):
             for x in range(res):
                 maps[k, y, x] = F(-1e30)
                 if far_side != 0:
                     maps[count + k, y, x] = F(1e30)
         for m in range(triangles.shape[0]):
-            p = ti.Matrix.zero(ti.f32, 3, 3)
-            for i in range(3):
-                q = triangles[m, i]
-                for r in ti.static(range(3)):
-                    p[i, r] = (
-                        frames[k, 4 * r] * points[q, 0]
-                        + frames[k, 4 * r + 1] * points[q, 1]
-                        + frames[k, 4 * r + 2] * points[q, 2]
-                        + frames[k, 4 * r + 3]
-                    )
-            half = F(0.5)
-            v_low = ti.min(p[0, 1], p[1, 1], p[2, 1]) - half
-            v_high = ti.max(p[0, 1], p[1, 1], p[2, 1]) - half
-            first = ti.max(ti.cast(ti.ceil(v_low), ti.i32), top)
-            last = ti.min(ti.cast(ti.floor(v_high), ti.i32) + 1, bottom)
-            if first < last:
-                u_low = ti.min(p[0, 0], p[1, 0], p[2, 0]) - half
-                u_high = ti.max(p[0, 0], p[1, 0], p[2, 0]) - half
-                left = ti.max(ti.cast(ti.ceil(u_low), ti.i32), 0)
-                right = ti.min(ti.cast(ti.floor(u_high), ti.i32) + 1, res)
-                e1u, e1v, e1h = p[1, 0] - p[0, 0], p[1, 1] - p[0, 1], p[1, 2] - p[0, 2]
-                e2u, e2v, e2h = p[2, 0] - p[0, 0], p[2, 1] - p[0, 1], p[2, 2] - p[0, 2]
-                area = e1u * e2v - e1v * e2u
-                if left < right and ti.abs(area) > F(1e-6):
-                    scale = 1 / area
-                    slack = F(-1e-4)  # no gaps between neighbours
-                    for y in range(first, last):
-                        dv = y + half - p[0, 1]
-                        for x in range(left, right):
-                            du = x + half - p[0, 0]
-                            s = (du * e2v - dv * e2u) * scale
-                            t = (dv * e1u - du * e1v) * scale
-                            if s >= slack and t >= slack and s + t <= 1 - slack:
-                                h = p[0, 2] + s * e1h + t * e2h
-                                maps[k, y, x] = ti.max(maps[k, y, x], h)
-                                if far_side != 0:
-                                    maps[count + k, y, x] = ti.min(maps[count + k, y, x], h)
+            i0, i1, i2 = triangles[m, 0], triangles[m, 1], triangles[m, 2]
+            u0, v0, h0 = scratch[task, i0, 0] - half, scratch[task, i0, 1] - half, scratch[task, i0, 2]
+            u1, v1 = scratch[task, i1, 0] - half, scratch[task, i1, 1] - half
+            u2, v2 = scratch[task, i2, 0] - half, scratch[task, i2, 1] - half
+            first = ti.max(ti.cast(ti.ceil(ti.min(v0, v1, v2)), ti.i32), top)
+            last = ti.min(ti.cast(ti.floor(ti.max(v0, v1, v2)), ti.i32) + 1, bottom)
+            left = ti.max(ti.cast(ti.ceil(ti.min(u0, u1, u2)), ti.i32), 0)
+            right = ti.min(ti.cast(ti.floor(ti.max(u0, u1, u2)), ti.i32) + 1, res)
+            area = (u1 - u0) * (v2 - v0) - (v1 - v0) * (u2 - u0)
+            if first < last and left < right and ti.abs(area) > F(1e-6):
+                # s and t are the barycentric coordinates of the second and third vertex.
+                scale = F(1.0) / area
+                s_u, s_v = (v2 - v0) * scale, (u0 - u2) * scale
+                t_u, t_v = (v0 - v1) * scale, (u1 - u0) * scale
+                h1 = scratch[task, i1, 2] - h0
+                h2 = scratch[task, i2, 2] - h0
+                slack = F(-1e-4)  # no gaps between neighbours
+                for y in range(first, last):
+                    for x in range(left, right):
+                        s = (x - u0) * s_u + (y - v0) * s_v
+                        t = (x - u0) * t_u + (y - v0) * t_v
+                        if s >= slack and t >= slack and s + t <= 1 - slack:
+                            h = h0 + s * h1 + t * h2
+                            if h > maps[k, y, x]:
+                                maps[k, y, x] = h
+                            if far_side != 0 and h < maps[count + k, y, x]:
+                                maps[count + k, y, x] = h
 
 
 @ti.func

@@ -73,6 +73,33 @@ def sky_light(vertex: F2, frames: F2, maps: F3, to_light: F2, offset: ti.f32):
         vertex[q, FLOOR_BACK] = floor[1]
 
 
+@ti.kernel
+def smooth_light(triangles: I2, passes: ti.i32, vertex: F2, sums: F2):
+    """Average what the vertices see with their neighbours, to blur the shadow edges of single directions.
+
+    sums (n, 5): scratch.
+    """
+    ti.loop_config(serialize=True)
+    for _ in range(passes):
+        for q in range(vertex.shape[0]):
+            for c in ti.static(range(4)):
+                sums[q, c] = vertex[q, SKY_FRONT + c]
+            sums[q, 4] = F(1.0)
+        for m in range(triangles.shape[0]):
+            i, j, k = triangles[m, 0], triangles[m, 1], triangles[m, 2]
+            for c in ti.static(range(4)):
+                a, b, d = vertex[i, SKY_FRONT + c], vertex[j, SKY_FRONT + c], vertex[k, SKY_FRONT + c]
+                sums[i, c] += b + d
+                sums[j, c] += a + d
+                sums[k, c] += a + b
+            sums[i, 4] += 2
+            sums[j, 4] += 2
+            sums[k, 4] += 2
+        for q in range(vertex.shape[0]):
+            for c in ti.static(range(4)):
+                vertex[q, SKY_FRONT + c] = sums[q, c] / sums[q, 4]
+
+
 @ti.func
 def three(table: ti.template(), first) -> Vec3:
     return Vec3(table[first], table[first + 1], table[first + 2])
@@ -84,9 +111,15 @@ def three_of(table: ti.template(), row, first) -> Vec3:
 
 
 @ti.func
+def unit(v):
+    """v / |v|; `normalized()` would compute in double precision."""
+    return v * (F(1.0) / ti.sqrt(v.dot(v) + F(1e-30)))
+
+
+@ti.func
 def wave(x):
     """Integral of the square wave that is +1 on even and -1 on odd unit intervals."""
-    r = x - 2 * ti.floor(x / 2)
+    r = x - 2 * ti.floor(x * F(0.5))
     return 1 - ti.abs(r - 1)
 
 
@@ -124,12 +157,12 @@ def woven(s, t, width):
     if weft > 0:
         across, along = along, across
     yarn = (1 - 4 * across * across) * (1 - F(1.6) * along * along) - F(0.58)
-    keep = ti.math.clamp(F(1.5) - F(2.4) * width, 0, 1)
+    keep = ti.math.clamp(F(1.5) - F(2.4) * width, F(0.0), F(1.0))
     # Handspun yarns: each a little lighter or darker, thicker places along it, bands of many yarns.
-    slub = weft * uneven(s / 9, j) + (1 - weft) * uneven(t / 9, i + 7919)
-    band = uneven(s / 5, 11) + uneven(t / 5, 12)
-    wide = ti.math.clamp(F(1.5) - F(0.4) * width, 0, 1)
-    light = 1 + keep * (F(0.36) * yarn + F(0.07) * slub) + F(0.022) * wide * band
+    slub = weft * uneven(s * F(0.11), j) + (1 - weft) * uneven(t * F(0.11), i + 7919)
+    band = uneven(s * F(0.2), 11) + uneven(t * F(0.2), 12)
+    wide = ti.math.clamp(F(1.5) - F(0.4) * width, F(0.0), F(1.0))
+    light = 1 + keep * (F(0.26) * yarn + F(0.07) * slub) + F(0.022) * wide * band
     return light, F(0.5) + keep * (weft - F(0.5))
 
 
@@ -143,6 +176,16 @@ def tone(x):
 
 
 @ti.func
+def barycentric(edges: ti.template(), m, x, y) -> Vec3:
+    """Perspective-correct barycentric coordinates in triangle m of the place (x, y)."""
+    l0 = edges[m, 0] * x + edges[m, 1] * y + edges[m, 2]
+    l1 = edges[m, 3] * x + edges[m, 4] * y + edges[m, 5]
+    l2 = edges[m, 6] * x + edges[m, 7] * y + edges[m, 8]
+    scale = 1.0 / (l0 + l1 + l2)
+    return Vec3(F(l0 * scale), F(l1 * scale), F(l2 * scale))
+
+
+@ti.func
 def colour_at(
     m, x, y, samples, behind, vertex: ti.template(), triangles: ti.template(), edges: ti.template(),
     surfaces: ti.template(), settings: ti.template(), strain: ti.template(), frames: ti.template(),
@@ -150,31 +193,17 @@ def colour_at(
 ) -> Vec3:  # fmt: skip
     """Linear light that leaves triangle m towards the eye at the place (x, y) of the picture."""
     i, j, k, which = triangles[m, 0], triangles[m, 1], triangles[m, 2], triangles[m, 3]
-    # Barycentric coordinates here and one pixel on, perspective-correct.
-    b = Vec3(0.0)
-    b_right = Vec3(0.0)
-    b_down = Vec3(0.0)
-    rim = F(1e9)
-    for c in ti.static(range(3)):
-        l = edges[m, 3 * c] * x + edges[m, 3 * c + 1] * y + edges[m, 3 * c + 2]
-        b[c] = l
-        b_right[c] = l + samples * edges[m, 3 * c]
-        b_down[c] = l + samples * edges[m, 3 * c + 1]
-        slope = edges[m, 3 * c] * edges[m, 3 * c] + edges[m, 3 * c + 1] * edges[m, 3 * c + 1]
-        rim = ti.min(rim, ti.cast(l / (samples * ti.sqrt(slope)), ti.f32))
-    b /= b.sum()
-    b_right /= b_right.sum()
-    b_down /= b_down.sum()
+    b = barycentric(edges, m, x, y)
     p0, p1, p2 = three_of(vertex, i, 0), three_of(vertex, j, 0), three_of(vertex, k, 0)
     p = b[0] * p0 + b[1] * p1 + b[2] * p2
-    to_eye = (three(settings, EYE) - p).normalized()
-    facet = (p1 - p0).cross(p2 - p0).normalized()
+    to_eye = unit(three(settings, EYE) - p)
+    facet = unit((p1 - p0).cross(p2 - p0))
     n = facet
     if surfaces[which, SMOOTH] > 0:
-        n = (
+        n = unit(
             b[0] * three_of(vertex, i, NORMAL) + b[1] * three_of(vertex, j, NORMAL)
             + b[2] * three_of(vertex, k, NORMAL)
-        ).normalized()  # fmt: skip
+        )  # fmt: skip
     back = 0
     if facet.dot(to_eye) < 0:
         back = 1
@@ -189,7 +218,7 @@ def colour_at(
         t = F(0.5) + F(0.5) * (value - 1) / (hi - 1)
         if value < 1:
             t = F(0.5) * (value - lo) / (1 - lo)
-        t = ti.math.clamp(t, 0, 1) * (strain.shape[0] - 1)
+        t = ti.math.clamp(t, F(0.0), F(1.0)) * (strain.shape[0] - 1)
         row = ti.min(ti.cast(t, ti.i32), strain.shape[0] - 2)
         own = three_of(strain, row, 0) + (t - row) * (three_of(strain, row + 1, 0) - three_of(strain, row, 0))
     elif kind > 0:
@@ -198,6 +227,8 @@ def colour_at(
         uv = ti.Vector([F(0.0), F(0.0)])
         uv_right = ti.Vector([F(0.0), F(0.0)])
         uv_down = ti.Vector([F(0.0), F(0.0)])
+        b_right = barycentric(edges, m, x + samples, y)
+        b_down = barycentric(edges, m, x, y + samples)
         for c in ti.static(range(2)):
             w = Vec3(vertex[i, UV + c], vertex[j, UV + c], vertex[k, UV + c]) / scale
             uv[c] = b.dot(w)
@@ -205,30 +236,37 @@ def colour_at(
             uv_down[c] = b_down.dot(w) - uv[c]
         wide = ti.max(ti.abs(uv_right), ti.abs(uv_down))
         if kind == 2:
-            half = ti.max(wide, F(1e-3)) / 2
+            half = ti.max(wide, F(1e-3)) * F(0.5)
             s = (wave(uv[0] + half[0]) - wave(uv[0] - half[0])) / (2 * half[0])
             t = (wave(uv[1] + half[1]) - wave(uv[1] - half[1])) / (2 * half[1])
             own += (F(0.5) - F(0.5) * s * t) * (second - own)
         else:
-            light, weft = woven(uv[0], uv[1], ti.max(uv_right.norm(), uv_down.norm()))
+            width = ti.sqrt(ti.max(uv_right.dot(uv_right), uv_down.dot(uv_down)))
+            light, weft = woven(uv[0], uv[1], width)
             own = light * (own + weft * (second - own))
     # Sun: reflected on the lit side; some shines through from the other.
     to_sun = three(settings, TO_SUN)
     cosine = n.dot(to_sun)
     share = cosine
     out = F(1.0)
-    if facet.dot(to_sun) < 0:
+    if cosine < 0:
         out = F(-1.0)
-        share = -surfaces[which, TRANSLUCENCY] * ti.min(cosine, 0)
-    share = ti.max(share, 0)
+        share = -surfaces[which, TRANSLUCENCY] * cosine
     sun = F(0.0)
     if share > 0:
         tilt = facet.dot(to_sun)
         out *= settings[OFFSET] * ti.sqrt(ti.max(F(0.02), 1 - tilt * tilt))
         q = p + out * facet
-        for s in range(maps.shape[0]):
+        # The first few lie on the sun's rim: if they all agree, so will the rest.
+        total = maps.shape[0]
+        rest = ti.min(total, 8)
+        for s in range(rest):
             sun += reached(maps, frames, s, q[0], q[1], q[2], F(0.0))
-        sun /= maps.shape[0]
+        if sun > 0 and sun < rest:
+            for s in range(rest, total):
+                sun += reached(maps, frames, s, q[0], q[1], q[2], F(0.0))
+            rest = total
+        sun /= F(rest)
     # Sky and floor, as seen from this side.
     sky = F(0.0)
     floor = F(0.0)
@@ -249,14 +287,19 @@ def colour_at(
     rough = surfaces[which, ROUGHNESS]
     if rough < F(0.95):
         alpha = rough * rough
-        power = 2 / (alpha * alpha) - 2
-        h = (to_eye + to_sun).normalized()
+        power = F(2.0) / (alpha * alpha) - 2
+        h = unit(to_eye + to_sun)
         fresnel = F(0.04) + F(0.96) * graze2 * graze2 * graze
         shine = F(0.005) * (power + 8) * ti.pow(ti.max(n.dot(h), F(0.0)), power)
         light += ti.max(cosine, F(0.0)) * sun * shine * sun_colour
         light += fresnel * (1 - rough) * around * (F(0.6) + F(0.4) * n[1])
     if surfaces[which, WIRE] > 0:
-        line = ti.math.clamp(settings[WIRE_WIDTH] + F(0.5) - rim, 0, 1) * F(0.75)
+        rim = F(1e9)  # distance to the nearest edge in pixels
+        for c in range(3):
+            across, along = edges[m, 3 * c], edges[m, 3 * c + 1]
+            here = across * x + along * y + edges[m, 3 * c + 2]
+            rim = ti.min(rim, F(here / (samples * ti.sqrt(across * across + along * along))))
+        line = ti.math.clamp(settings[WIRE_WIDTH] + F(0.5) - rim, F(0.0), F(1.0)) * F(0.75)
         light += line * (three(settings, WIRE_COLOUR) - light)
     if surfaces[which, FADE] > 0:
         light = behind + value * (light - behind)
@@ -271,7 +314,7 @@ def shade(
     """The picture: each triangle that a pixel's samples see is shaded once, at the middle of its samples."""
     ti.loop_config(block_dim=8)
     for row in range(picture.shape[0]):
-        t = (row + F(0.5)) / picture.shape[0]
+        t = (row + F(0.5)) / F(picture.shape[0])
         behind = three(settings, TOP) + t * (three(settings, BOTTOM) - three(settings, TOP))
         for column in range(picture.shape[1]):
             light = Vec3(0.0)
@@ -303,6 +346,6 @@ def shade(
                         light[c] += count * tone(colour[c])
             for c in ti.static(range(3)):
                 # The table is indexed by the square root: as fine in the shadows as sRGB is.
-                mean = ti.math.clamp(light[c] / (samples * samples), 0, 1)
+                mean = ti.math.clamp(light[c] / F(samples * samples), F(0.0), F(1.0))
                 index = ti.cast(ti.sqrt(mean) * (encode.shape[0] - 1) + F(0.5), ti.i32)
                 picture[row, column, c] = ti.cast(encode[index], ti.u8)
