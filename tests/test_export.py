@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from muslin.errors import MuslinError
-from muslin.export import FORMATS, Animation, Prop, write
+from muslin.export import FORMATS, MAX_FRAMES, Animation, Prop, write
 from muslin.export.animation import linear_colour, texture_coordinates
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
@@ -154,6 +154,13 @@ def test_glb_of_a_long_run_keeps_a_bounded_number_of_frames_and_says_so(tmp_path
     assert np.ptp(np.diff(times)) < 1.5 / 60
     assert len(heard) == 1
     assert "10 of 50 frames" in heard[0]
+
+
+def test_glb_keeps_what_viewers_can_hold_unless_told_otherwise(tmp_path):
+    given = animation(k=MAX_FRAMES + 1, props=False)
+    for options, kept in (({}, MAX_FRAMES), ({"max_frames": 1000}, MAX_FRAMES + 1)):
+        document, _ = chunks(write(given, tmp_path / "long", "glb", notice=lambda _: None, **options)[0])
+        assert len(document["meshes"][0]["primitives"][0]["targets"]) == kept - 1
 
 
 def test_glb_of_one_frame_is_a_plain_mesh(tmp_path):

@@ -3,7 +3,7 @@
     frames (n, 3), triangles, times, props -> Animation -> write(animation, path, to) -> files
 
 Knows nothing of simulations. Y is up, lengths are metres, and frames may be read lazily: each writer asks for
-each frame once, in order.
+each frame once, in order. Strain goes along as a number per vertex in usda, pvd, vtu and ply.
 
 =====  =================================================================  ==============================
 to     what is written for the path `drape`                               opens in

@@ -29,7 +29,9 @@ from muslin.export.animation import (
 )
 from muslin.export.files import Notice, whole
 
-MAX_FRAMES = 240  # WebGL viewers keep morph targets in a texture array; 256 layers is what each must offer
+# Viewers in a browser spend one layer of a texture array and one uniform on each morph target. WebGL 2
+# promises 256 of either, and a material's own uniforms need about thirty.
+MAX_FRAMES = 200
 FLOAT, UNSIGNED_INT = 5126, 5125
 ARRAY_BUFFER, ELEMENT_ARRAY_BUFFER = 34962, 34963
 _KINDS = {1: "SCALAR", 2: "VEC2", 3: "VEC3"}
