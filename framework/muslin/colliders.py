@@ -1,8 +1,9 @@
 """What cloth can bump into: spheres, capsules and planes that may move, all answered by one velocity filter.
 
-A collider gives, for every vertex, the nearest centre to measure from; detection is then the student's
-`sphere_contact` (or a plane's side) and the response the student's `filter_velocity`, on the velocity relative
-to the collider.
+A sphere or capsule gives, for every vertex, the nearest centre to measure from; detection is then the student's
+`sphere_contact`. A plane is a floor, and exact: every vertex near it may come as close as the floor in one
+step, which is the same filter relative to a collider that retreats at gap/dt. The response is always the
+student's `filter_velocity`, on the velocity relative to the collider.
 """
 
 from __future__ import annotations
@@ -49,11 +50,18 @@ class Capsule:
 
 @dataclass(frozen=True)
 class Plane:
-    """Half space below a plane through `point` [m] with unit normal `normal`, moving with a velocity [m/s]."""
+    """Half space below a plane through `point` [m] with a normal [1], at rest."""
 
     point: Vec
     normal: Vec
-    velocity: Vec = (0.0, 0.0, 0.0)
+
+    def gap(self, x: np.ndarray) -> np.ndarray:
+        """Height of positions (n, 3) above the plane, (n,) [m]."""
+        return (x - np.asarray(self.point)) @ self.unit_normal()
+
+    def unit_normal(self) -> np.ndarray:
+        """The normal, of length one."""
+        return np.asarray(self.normal) / np.linalg.norm(self.normal)
 
 
 Collider = Sphere | Capsule | Plane
@@ -68,13 +76,17 @@ class Contacts:
     velocities: np.ndarray
 
 
-def detect(collider: Collider, x: np.ndarray, functions: Functions | None = None) -> Contacts:
-    """Vertices of x (n, 3) inside a collider, by the student's `sphere_contact` where functions are given."""
+#: How near [m] a vertex must be to a plane to be watched.
+NEAR = 0.25
+
+
+def detect(collider: Collider, x: np.ndarray, dt: float, functions: Functions | None = None) -> Contacts:
+    """Vertices of x (n, 3) to filter in a step of dt [s], by the student's `sphere_contact` where there is one."""
     if isinstance(collider, Plane):
-        n = np.asarray(collider.normal) / np.linalg.norm(collider.normal)
-        inside = np.flatnonzero((x - np.asarray(collider.point)) @ n < 0)
-        normals = np.broadcast_to(n, (len(inside), 3))
-        return Contacts(inside, normals, np.broadcast_to(collider.velocity, normals.shape))
+        gap = collider.gap(x)
+        near = np.flatnonzero(gap < NEAR)
+        n = collider.unit_normal()
+        return Contacts(near, np.broadcast_to(n, (len(near), 3)), -gap[near, None] / dt * n)
     center, velocity = collider.nearest(x)
     near = np.flatnonzero(np.abs(x - center).max(axis=1) <= 1.01 * collider.radius)
     if functions is not None:
@@ -93,18 +105,28 @@ def detect(collider: Collider, x: np.ndarray, functions: Functions | None = None
 def respond(v: np.ndarray, contacts: list[Contacts], functions: Functions | None = None) -> np.ndarray:
     """Filter the velocities (n, 3) at the contacts.
 
-    Where a vertex touches several colliders the filters are applied in turn, a few times round, since one can
-    undo another.
+    Where a vertex touches several colliders the filters are applied in turn until none undoes another (in a
+    narrowing gap there may be no such velocity; then the last word is the last collider's).
     """
     v = v.copy()
-    touched = np.concatenate([c.vertices for c in contacts]) if contacts else np.empty(0, int)
-    rounds = 1 if len(np.unique(touched)) == len(touched) else 4
-    for _ in range(rounds):
+    contacts = [contact for contact in contacts if len(contact.vertices)]
+    for _ in range(ROUNDS):
         for contact in contacts:
-            if len(contact.vertices):
-                relative = v[contact.vertices] - contact.velocities
-                v[contact.vertices] = _filter(relative, contact.normals, functions) + contact.velocities
+            relative = v[contact.vertices] - contact.velocities
+            v[contact.vertices] = _filter(relative, contact.normals, functions) + contact.velocities
+        if len(contacts) < 2 or min(approach(v, contact) for contact in contacts) > -1e-9:
+            break
     return v
+
+
+#: Times round the colliders at most.
+ROUNDS = 30
+
+
+def approach(v: np.ndarray, contact: Contacts) -> float:
+    """Smallest normal velocity, relative to the collider, of the vertices in contact [m/s]."""
+    relative = v[contact.vertices] - contact.velocities
+    return float(np.einsum("ij,ij->i", relative, contact.normals).min())
 
 
 def _filter(v: np.ndarray, n: np.ndarray, functions: Functions | None) -> np.ndarray:
@@ -112,5 +134,13 @@ def _filter(v: np.ndarray, n: np.ndarray, functions: Functions | None) -> np.nda
         from muslin.batch import evaluate
 
         return evaluate(functions.filter_velocity, v=v, n=n)
-    approach = np.minimum(np.einsum("ij,ij->i", v, n), 0.0)
-    return v - approach[:, None] * n
+    inward = np.minimum(np.einsum("ij,ij->i", v, n), 0.0)
+    return v - inward[:, None] * n
+
+
+def depth(collider: Collider, x: np.ndarray) -> float:
+    """How deep the deepest of the positions (n, 3) is inside a collider [m]; 0 if none is."""
+    if isinstance(collider, Plane):
+        return max(0.0, -float(collider.gap(x).min()))
+    center, _ = collider.nearest(x)
+    return max(0.0, collider.radius - float(np.sqrt(((x - center) ** 2).sum(axis=1).min())))

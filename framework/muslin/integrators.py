@@ -123,9 +123,11 @@ class Model:
             known[self.held] = self.held_velocity(time, dt)
         return known.ravel()
 
-    def contacts(self, x: np.ndarray, time: float) -> list[Contacts]:
-        """Contacts of the free vertices at x (n, 3)."""
-        found = [detect(collider, x, self.cloth.functions) for collider in self.colliders(time)]
+    def contacts(self, state: State, dt: float) -> list[Contacts]:
+        """Contacts of the free vertices, for a step of dt [s]."""
+        found = [
+            detect(collider, state.x, dt, self.cloth.functions) for collider in self.colliders(state.time)
+        ]
         if len(self.held) == 0:
             return found
         free = [~np.isin(c.vertices, self.held) for c in found]
@@ -134,7 +136,7 @@ class Model:
 
 def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
     """One step of linearly implicit Euler.  The cloth must have been updated to `state.x`."""
-    contacts = model.contacts(state.x, state.time)
+    contacts = model.contacts(state, dt)
     f = model.external_force(state.x, state.v) - model.cloth.gradient_here()
     b = model.cloth.mass @ state.v.ravel() + dt * f.ravel()
     v = model.system.solve(model.system_matrix(dt), b, model.known_velocity(state.time, dt)).reshape(-1, 3)
@@ -163,7 +165,7 @@ def backward_euler(
         If Newton does not converge.
     """
     cloth, system = model.cloth, model.system
-    contacts = model.contacts(state.x, state.time)
+    contacts = model.contacts(state, dt)
     air = model.external_force(state.x, state.v) - model.external_force(state.x, 0 * state.v) if model.drag else 0.0
     known = model.known_velocity(state.time, dt)
     start = np.where(system.held, known, state.v.ravel())

@@ -15,7 +15,7 @@ import numpy as np
 from muslin import mesh as meshes
 from muslin import paths, scenes
 from muslin.cloth import Cloth
-from muslin.colliders import Collider, Contacts, Plane
+from muslin.colliders import Contacts, approach, depth
 from muslin.errors import MuslinError, SimulationError
 from muslin.integrators import Model, Spring, State, integrator
 from muslin.mesh import Mesh
@@ -251,7 +251,7 @@ def _march(
             save(0, 0)
         try:
             while step < scene.steps:
-                contacts = model.contacts(state.x, state.time)
+                contacts = model.contacts(state, scene.dt)
                 following = advance(model, state, scene.dt)
                 if not (np.isfinite(following.x).all() and np.isfinite(following.v).all()):
                     raise _blown_up(following, step + 1, scene, writer)
@@ -276,25 +276,12 @@ def _march(
 
 def _row(model: Model, state: State, step: int, contacts: list[Contacts]) -> tuple[float, ...]:
     cloth = model.cloth
-    approach, count = 0.0, 0
-    for c in contacts:
-        if len(c.vertices):
-            relative = state.v[c.vertices] - c.velocities
-            slowest = float(np.einsum("ij,ij->i", relative, c.normals).min())
-            approach = min(approach, slowest) if count else slowest
-            count += len(c.vertices)
-    depth = max((_depth(collider, state.x) for collider in model.colliders(state.time)), default=0.0)
+    touching = [contact for contact in contacts if len(contact.vertices)]
+    count = sum(len(contact.vertices) for contact in touching)
+    slowest = min((approach(state.v, contact) for contact in touching), default=0.0)
+    deepest = max((depth(collider, state.x) for collider in model.colliders(state.time)), default=0.0)
     kinetic, elastic = cloth.kinetic_energy(state.v), cloth.energy_here()
-    return (step, state.time, kinetic, elastic, model.potential(state.x), count, approach, depth)
-
-
-def _depth(collider: Collider, x: np.ndarray) -> float:
-    """How deep the deepest vertex is inside a collider [m], 0 if none is."""
-    if isinstance(collider, Plane):
-        n = np.asarray(collider.normal) / np.linalg.norm(collider.normal)
-        return max(0.0, -float(((x - np.asarray(collider.point)) @ n).min()))
-    center, _ = collider.nearest(x)
-    return max(0.0, collider.radius - float(np.sqrt(((x - center) ** 2).sum(axis=1).min())))
+    return (step, state.time, kinetic, elastic, model.potential(state.x), count, slowest, deepest)
 
 
 def _blown_up(state: State, step: int, scene: Scene, writer: Writer | None) -> SimulationError:

@@ -127,6 +127,7 @@ SCENE = Cape(
     steps=960,
     wind=(0.6, 0.0, -0.5),
     drag=1.2,
+    camera="follow",
     ground=0.0,
     floor=True,
     view=(-0.75, 0.25, -1.0),

@@ -12,8 +12,9 @@ SCENE = Scene(
     sphere=True,
     sphere_center=(0.0, 0.0, 0.0),
     sphere_radius=0.3,
-    start_at=(0.02, 0.35, 0.035),  # slightly off centre
+    start_at=(0.003, 0.35, 0.005),  # slightly off centre: without friction it slides off in the end
     ground=-0.62,
+    floor=True,
     view=(0.55, 0.42, 1.0),
     start=lying,
 )

@@ -12,7 +12,7 @@ import numpy as np
 
 from muslin import mesh as meshes
 from muslin import paths
-from muslin.colliders import Collider, Sphere
+from muslin.colliders import Collider, Plane, Sphere
 from muslin.errors import MuslinError
 from muslin.material import lame
 from muslin.mesh import Mesh
@@ -39,12 +39,15 @@ def lying(scene: Scene, mesh: Mesh) -> np.ndarray:
     return flat - middle + np.asarray(scene.start_at)
 
 
-def one_sphere(scene: Scene, time: float) -> tuple[Collider, ...]:
-    """The scene's sphere, if it is switched on, moving with `sphere_velocity`."""
-    if not scene.sphere:
-        return ()
-    center = np.asarray(scene.sphere_center) + time * np.asarray(scene.sphere_velocity)
-    return (Sphere(tuple(center.tolist()), scene.sphere_radius, scene.sphere_velocity),)
+def sphere_and_floor(scene: Scene, time: float) -> tuple[Collider, ...]:
+    """The scene's sphere, moving with `sphere_velocity`, and its floor, where they are switched on."""
+    there: list[Collider] = []
+    if scene.sphere:
+        center = np.asarray(scene.sphere_center) + time * np.asarray(scene.sphere_velocity)
+        there.append(Sphere(tuple(center.tolist()), scene.sphere_radius, scene.sphere_velocity))
+    if scene.floor and scene.ground is not None:
+        there.append(Plane((0.0, scene.ground, 0.0), (0.0, 1.0, 0.0)))
+    return tuple(there)
 
 
 @dataclass(frozen=True)
@@ -86,10 +89,11 @@ class Scene:
     drag_to: Vec = (0.0, 0.0, 0.0)
     drag_stiffness: float = 1e3
     view: Vec = (0.4, 0.35, 1.0)  # direction from the cloth to the camera
-    ground: float | None = None  # height of a floor to draw (and, with `floor`, to collide with)
-    floor: bool = False
+    camera: str = "fit"  # "fit" the whole motion, or "follow" the cloth
+    ground: float | None = None  # height of the ground in the picture
+    floor: bool = False  # whether the ground is solid
     start: Callable[[Any, Mesh], np.ndarray] = as_it_is
-    colliders: Callable[[Any, float], tuple[Collider, ...]] = one_sphere
+    colliders: Callable[[Any, float], tuple[Collider, ...]] = sphere_and_floor
     carried: Callable[[Any, np.ndarray, float], np.ndarray] | None = None  # where pinned vertices are at a time
 
     @property

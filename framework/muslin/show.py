@@ -1,0 +1,260 @@
+"""A run as pictures, films and files for other programs: the one place where runs meet rendering and export."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from muslin import paths, render
+from muslin.colliders import Capsule, Collider, Sphere
+from muslin.errors import MuslinError
+from muslin.mesh import area_and_normal
+from muslin.runs import RunFolder
+
+if TYPE_CHECKING:
+    from muslin.export import Animation
+
+#: A film's file endings, and what else `render_run` can write.
+FILMS = ("mp4", "webp", "gif", "frames")
+
+
+class Show:
+    """What there is to see in a run, frame by frame.
+
+    Parameters
+    ----------
+    run : RunFolder
+    size : (width, height)
+        Of the picture [pixels].
+    quality : {"draft", "good", "best"}
+    strain : bool
+        Colour the cloth by its largest principal stretch, with a legend.
+    wireframe : bool
+        Draw the triangles' edges.
+    """
+
+    def __init__(
+        self,
+        run: RunFolder,
+        size: tuple[int, int] = (1280, 720),
+        quality: str = "good",
+        strain: bool = False,
+        wireframe: bool = False,
+    ):
+        self.run, self.size, self.quality, self.wireframe = run, size, quality, wireframe
+        self.scene, self.times, self.frames = run.scene, run.times, run.frames
+        self.uv = _pattern(run.rest)
+        self.cloth = render.CLOTH
+        self.legend = None
+        if strain:
+            most = max(1.02, *(float(self.strain(k).max()) for k in _some(len(self.frames), 12)))
+            reach = round(min(most - 1, 0.95) * 1.05, 2)
+            self.cloth = render.Material("strain", lo=1 - reach, hi=1 + reach)
+            self.legend = render.Legend(1 - reach, 1 + reach)
+        self._cameras: dict[int, render.Camera] = {}
+
+    def strain(self, k: int) -> np.ndarray:
+        """Principal stretch that is furthest from 1, averaged onto the vertices shown, (n,) [1]."""
+        return vertex_strain(self.run.rest, self.frames[k], self.run.shown_triangles)
+
+    def surfaces(self, k: int) -> list[render.Surface]:
+        """Cloth, colliders and ground in frame k."""
+        values = self.strain(k) if self.legend else None
+        cloth = render.Surface(self.frames[k], self.run.shown_triangles, self.cloth, self.uv, values)
+        others = [_surface(c) for c in self.colliders(k)]
+        if self.scene.ground is not None:
+            middle = self.frames[k].mean(axis=0)
+            others.append(
+                render.ground_surface(self.scene.ground - 0.004, center=(float(middle[0]), float(middle[2])))
+            )
+        return [cloth, *others]
+
+    def colliders(self, k: int) -> list[Sphere | Capsule]:
+        """Colliders with a body, in frame k."""
+        there = self.scene.colliders(self.scene, float(self.times[k]))
+        return [c for c in there if isinstance(c, (Sphere, Capsule))]
+
+    def camera(self, k: int) -> render.Camera:
+        """Camera of frame k: the same for all, framing the whole motion, unless the scene wants it to follow."""
+        if self.scene.camera != "follow":
+            k = 0
+        if k not in self._cameras:
+            every = _some(len(self.frames), 60)
+            middle = self._middles(every)
+            points = [
+                self._points(j) - (middle(j) if self.scene.camera == "follow" else 0.0) for j in every
+            ]
+            fitted = render.fit_camera(np.concatenate(points), self.scene.view, self.size)
+            shift = middle(k) if self.scene.camera == "follow" else np.zeros(3)
+            eye, target = np.asarray(fitted.eye) + shift, np.asarray(fitted.target) + shift
+            self._cameras[k] = render.Camera(_vec(eye), _vec(target), fitted.up, fitted.fov, fitted.near)
+            if self.scene.camera == "follow":  # fitting looks at the whole motion: do it once
+                for j in range(len(self.frames)):
+                    eye, target = np.asarray(fitted.eye) + middle(j), np.asarray(fitted.target) + middle(j)
+                    self._cameras[j] = render.Camera(_vec(eye), _vec(target), fitted.up, fitted.fov, fitted.near)
+        return self._cameras[k]
+
+    def _middles(self, every: np.ndarray) -> Callable[[int], np.ndarray]:
+        """Smooth path of what is held (or of the whole cloth), for a camera that follows."""
+        held = self.run.held
+        path = np.stack([f[held].mean(axis=0) if len(held) else f.mean(axis=0) for f in self.run.simulated])
+        path[:, 1] = path[:, 1].mean()
+        return lambda k: path[k]
+
+    def _points(self, k: int) -> np.ndarray:
+        bodies = [render_box(c) for c in self.colliders(k)]
+        return np.concatenate([self.frames[k], *bodies])
+
+    def picture(self, k: int) -> np.ndarray:
+        """Frame k as a picture, (height, width, 3) uint8."""
+        return render.draw(
+            self.surfaces(k), self.camera(k), self.size, self.quality, wireframe=self.wireframe, legend=self.legend
+        )
+
+
+def vertex_strain(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Principal stretch furthest from 1, averaged by area onto vertices, (n,) [1]."""
+    edges = np.stack([x[triangles[:, k]] - x[triangles[:, 0]] for k in (1, 2)], axis=-1)
+    rest_edges = np.stack([rest[triangles[:, k]] - rest[triangles[:, 0]] for k in (1, 2)], axis=-1)
+    s = np.linalg.svd(edges @ np.linalg.pinv(rest_edges), compute_uv=False)[:, :2]
+    furthest = s[np.arange(len(s)), np.argmax(np.abs(s - 1), axis=1)]
+    area, _ = area_and_normal(rest, triangles)
+    corners = triangles.ravel()
+    weight = np.bincount(corners, np.repeat(area, 3), minlength=len(x))
+    return np.bincount(corners, np.repeat(area * furthest, 3), minlength=len(x)) / weight
+
+
+def render_run(
+    folder: Path | str,
+    out: Path | str | None = None,
+    film: str | None = "mp4",
+    still: float | None = None,
+    on_frame: Callable[[int, int], None] | None = None,
+    last: float | None = None,
+    **options: Any,
+) -> list[Path]:
+    """Render a run: a film, a still, an energy plot.
+
+    Parameters
+    ----------
+    folder : path
+        A run.
+    out : path, optional
+        Path of the film and pictures without their endings; default `folder/<scene>`.
+    film : {"mp4", "webp", "gif", "frames"}, optional
+        None for no film.
+    still : float, optional
+        Time of the still [s]; default the last frame's.
+    on_frame : callable, optional
+        Called as (frame, frames) after every frame of the film.
+    last : float, optional
+        End the film at this time [s].
+    **options
+        size, quality, strain, wireframe: see `Show`.
+
+    Returns
+    -------
+    list of Path
+        Files written: still, energy plot, film.
+
+    Raises
+    ------
+    MuslinError
+        If the folder is not a run or a format is unknown.
+    """
+    if film is not None and film not in FILMS:
+        raise MuslinError(f"There is no film format {film!r}.", f"There is: {', '.join(FILMS)}.")
+    run = RunFolder(folder)
+    show = Show(run, **options)
+    base = Path(out) if out is not None else run.folder / run.scene.name
+    base.parent.mkdir(parents=True, exist_ok=True)
+    k = len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
+    written = [render.write_png(_beside(base, ".png"), show.picture(k))]
+    table = run.energies
+    if len(table) > 1:
+        energies = {name: table[name] for name in ("kinetic", "elastic", "gravity")}
+        plot = _beside(base, "-energies.png")
+        render.plot_energies(energies, table["time"], plot, title=run.scene.title)
+        written.append(plot)
+    if film is not None:
+        target = base.with_name(base.name + "-frames") if film == "frames" else _beside(base, f".{film}")
+        count = len(show.times) if last is None else int(np.searchsorted(show.times, last + 1e-9))
+        with render.Movie(target, show.size, run.scene.fps) as movie:
+            for frame in range(count):
+                movie.add(show.picture(frame))
+                if on_frame:
+                    on_frame(frame + 1, count)
+        written.append(target)
+    return written
+
+
+def animation(folder: Path | str) -> Animation:
+    """A run as an animation to export."""
+    from muslin.export import Animation, Prop
+
+    run = RunFolder(folder)
+    show = Show(run)
+    bodies = [[_surface(c) for c in show.colliders(k)] for k in range(len(show.times))]
+    names = [f"{type(c).__name__.lower()}_{number}" for number, c in enumerate(show.colliders(0))]
+    props = []
+    for number, name in enumerate(names):
+        frames = [np.asarray(there[number].vertices) for there in bodies]
+        moves = any(not np.array_equal(frames[0], frame) for frame in frames[1:])
+        props.append(Prop(name, np.asarray(bodies[0][number].triangles), frames if moves else frames[0]))
+    return Animation(
+        show.times, run.frames, run.shown_triangles, run.rest,
+        name=run.scene.name, props=tuple(props), strain=show.strain,
+    )  # fmt: skip
+
+
+def export_run(folder: Path | str, to: str, out: Path | str | None = None) -> list[Path]:
+    """Write a run for other programs (see `muslin.export.FORMATS`); returns the files."""
+    from muslin import export
+
+    if to not in export.FORMATS:
+        raise MuslinError(f"There is no export format {to!r}.", f"There is: {', '.join(export.FORMATS)}.")
+    target = Path(out) if out is not None else Path(folder) / to / RunFolder(folder).scene.name
+    target.parent.mkdir(parents=True, exist_ok=True)
+    return export.write(animation(folder), target, to)
+
+
+def render_box(collider: Sphere | Capsule) -> np.ndarray:
+    """Corners (k, 3) of boxes around a collider, for framing."""
+    centres = [collider.center] if isinstance(collider, Sphere) else [collider.a, collider.b]
+    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
+    return np.concatenate([np.asarray(c) + collider.radius * signs for c in centres])
+
+
+def _surface(collider: Collider) -> render.Surface:
+    """A collider as it is drawn: 1% smaller, since the cloth's triangles are chords of it."""
+    if isinstance(collider, Sphere):
+        return render.sphere_surface(collider.center, 0.988 * collider.radius)
+    assert isinstance(collider, Capsule)
+    return render.capsule_surface(collider.a, collider.b, 0.988 * collider.radius)
+
+
+def _pattern(rest: np.ndarray) -> np.ndarray:
+    """Undeformed positions in the cloth's main plane, (n, 2) [m]."""
+    centred = rest - rest.mean(axis=0)
+    keep = np.sort(np.argsort(np.ptp(centred, axis=0), kind="stable")[1:])
+    return np.ascontiguousarray(rest[:, keep])
+
+
+def _some(count: int, most: int) -> np.ndarray:
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
+def _vec(v: np.ndarray) -> tuple[float, float, float]:
+    return (float(v[0]), float(v[1]), float(v[2]))
+
+
+def _beside(base: Path, ending: str) -> Path:
+    return base.with_name(base.name + ending)
+
+
+def shown(files: list[Path]) -> str:
+    """Files as a list for people."""
+    return ", ".join(paths.shown(file) for file in files)
