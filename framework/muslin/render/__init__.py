@@ -1,29 +1,50 @@
 """Off-screen pictures on the CPU, in Taichi kernels: surfaces and a camera in, an array of bytes out.
 
-Imported when first used; `import muslin.render` starts nothing.
+    image = draw([cloth, sphere_surface((0, 0, 0), 0.29), ground_surface(-0.5)], fit_camera(cloth.vertices))
+
+| file | what it holds |
+|---|---|
+| `camera`    | `Camera`, and `fit_camera`, the nearest one that sees every point |
+| `materials` | `Material`: solid, weave, checker, strain map; colours |
+| `shapes`    | `Surface`: triangles to draw; sphere, capsule, ground |
+| `picture`   | `draw`, its qualities and light; legend, caption, PNG |
+| `raster`    | kernels: which triangle a sample sees, how far light gets |
+| `shade`     | kernels: sky, sun, colour of every pixel |
+| `movie`     | `Movie`: mp4, WebP, GIF or a folder of PNGs |
+| `plot`      | `plot_energies`, `line_plot` |
+
+Importing this starts nothing; Taichi starts and kernels compile with the first picture.
 """
 
 from __future__ import annotations
 
 from muslin.render.camera import Camera, fit_camera
-from muslin.render.materials import CLOTH, GROUND, PROP, Material
+from muslin.render.materials import CLOTH, GROUND, MUSLIN, PROP, Material, strain_colours
+from muslin.render.movie import Movie, write_movie
 from muslin.render.picture import Legend, Light, draw, text_overlay, write_png
+from muslin.render.plot import line_plot, plot_energies
 from muslin.render.shapes import Surface, capsule_surface, ground_surface, sphere_surface
 
 __all__ = [
     "CLOTH",
     "GROUND",
+    "MUSLIN",
     "PROP",
     "Camera",
     "Legend",
     "Light",
     "Material",
+    "Movie",
     "Surface",
     "capsule_surface",
     "draw",
     "fit_camera",
     "ground_surface",
+    "line_plot",
+    "plot_energies",
     "sphere_surface",
+    "strain_colours",
     "text_overlay",
+    "write_movie",
     "write_png",
 ]

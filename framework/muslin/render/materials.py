@@ -86,6 +86,9 @@ class Material:
 
 
 CLOTH = Material("weave", "#c04a35", back="#dfb48c", scale=0.005, sheen=0.3, translucency=0.12)
+"""Madder-red cloth with a sand-coloured back: tells its two sides apart and stands out on light ground."""
+
+MUSLIN = Material("weave", "#efe3cc", back="#e6d3b0", scale=0.005, sheen=0.3, translucency=0.2)
 """Unbleached muslin."""
 
 PROP = Material("solid", "#8d99a6", roughness=0.45)

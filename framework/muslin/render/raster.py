@@ -134,9 +134,7 @@ def rasterise(edges: D2, box: I2, near: ti.f64, jitter: ti.f64, bands: ti.i32, d
 
 
 @ti.kernel
-def depth_maps(
-    points: F2, triangles: I2, frames: F2, far_side: ti.i32, bands: ti.i32, scratch: F3, maps: F3
-):
+def depth_maps(points: F2, triangles: I2, frames: F2, far_side: ti.i32, bands: ti.i32, scratch: F3, maps: F3):
     """Orthographic depth maps: the height of the first surface met by parallel light.
 
     frames (k, 12): rows u, v (in texels) and height towards the light, each three numbers and an offset;
