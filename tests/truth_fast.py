@@ -189,6 +189,19 @@ def element(X, x, mu, lam, h, energy="linearised"):
     return weight * psi.value, weight[:, None] * gradient, weight[:, None, None] * hessian
 
 
+def clamped_element(X, x, mu, lam, h, energy="linearised"):
+    """`element`'s Hessian with psi'' in the 3x2 A replaced by its positive part, (b, 9, 9), in double.
+
+    The negative eigenvalues of the 6x6 psi'' are dropped by an eigen-decomposition, whichever modes they are.
+    """
+    A, rest = in_plane(X, x)
+    curvature = energy_of_A(A, mu, lam, energy).hessian.astype(float)
+    values, vectors = np.linalg.eigh(curvature)
+    positive = (vectors * np.maximum(values, 0)[:, None, :]) @ vectors.transpose(0, 2, 1)
+    B = np.einsum("kl,eia->ekail", np.eye(3), rest.dphi.astype(float)).reshape(-1, 6, 9)
+    return (h * rest.area.astype(float))[:, None, None] * (B.transpose(0, 2, 1) @ positive @ B)
+
+
 def unit_normal(x):
     """The unit normal of triangles x (b, 3, 3) as three jets in the nine coordinates."""
     q = variables(x.reshape(-1, 9))
