@@ -27,7 +27,7 @@ SOLUTION, RELEASED = ROOT / "solutions" / "cloth", ROOT / "assignments" / "cloth
 TABLE = read_assignment(SOLUTION)
 TASKS = list(TABLE.tasks.values())
 HANDOUT = (RELEASED / "README.md").read_text(encoding="utf-8")
-COMMANDS = {"simulate", "render", "export", "demo", "doctor", "release", "reference", "check"}
+COMMANDS = {"scenes", "simulate", "render", "export", "demo", "doctor", "release", "reference", "check"}
 
 
 @pytest.fixture
@@ -149,8 +149,13 @@ def test_a_superfluous_file_is_found_and_a_cache_is_not(checkout):
     (checkout / "assignments/cloth/notes.txt").write_text("hello", encoding="utf-8")
     (checkout / "assignments/cloth/__pycache__").mkdir()
     (checkout / "assignments/cloth/__pycache__/stress.pyc").write_bytes(b"\xff")
-    (finding,) = authoring.out_of_step("cloth")
-    assert finding.startswith("assignments/cloth/notes.txt is superfluous")
+    for number in range(3):  # a run that was left behind is one finding
+        frame = checkout / f"assignments/cloth/run/frames/{number}.npy"
+        frame.parent.mkdir(parents=True, exist_ok=True)
+        frame.write_bytes(b"\x93NUMPY\xff")
+    notes, run = authoring.out_of_step("cloth")
+    assert notes.startswith("assignments/cloth/notes.txt is superfluous")
+    assert run.startswith("assignments/cloth/run is superfluous")
 
 
 @pytest.mark.parametrize("file", ["stress.py", "assignment.toml", "README.md", "pictures/modes.svg"])

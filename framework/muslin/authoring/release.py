@@ -101,12 +101,13 @@ def out_of_step(name: str) -> list[str]:
     }
     mend = f"run: muslin release {name}"
     findings = []
-    for relative in sorted(expected.keys() | present.keys()):
+    folders = {relative.split("/")[0] for relative in expected}
+    for relative in sorted(expected.keys() | {_within(relative, folders) for relative in present}):
         where = paths.shown(folder / relative)
-        if relative not in present:
+        if relative not in expected:
+            findings.append(f"{where} is superfluous: nothing in the solution leads to it; delete it")
+        elif relative not in present:
             findings.append(f"{where} is missing; {mend}")
-        elif relative not in expected:
-            findings.append(f"{where} is superfluous: no file of the solution leads to it; delete it")
         elif (line := _first_difference(present[relative], expected[relative])) is not None:
             at = f", line {line}" if line else ""
             findings.append(f"{where}{at}: stale or edited by hand; change the solution and {mend}")
@@ -398,9 +399,10 @@ def _leaks(source: Path, files: Mapping[str, bytes]) -> Iterator[str]:
         for answer, where in answers(source).items()
     ]
     for relative, content in files.items():
-        if Path(relative).suffix.lower() in PICTURE_TYPES and not relative.endswith(".svg"):
+        try:
+            text = content.decode("utf-8")
+        except UnicodeDecodeError:
             continue
-        text = content.decode("utf-8", errors="replace")
         squeezed = re.sub(r"\s", "", text)
         for symbols, answer, where, pattern in looked_for:
             if symbols in squeezed and (match := pattern.search(text)):
@@ -415,6 +417,12 @@ def _spaced_anyhow(code: str) -> str:
     before = r"(?<!\w)" if symbols[0][0].isalnum() or symbols[0][0] == "_" else ""
     after = r"(?!\w)" if symbols[-1][-1].isalnum() or symbols[-1][-1] == "_" else ""
     return f"{before}{pattern}{after}"
+
+
+def _within(relative: str, folders: set[str]) -> str:
+    """The file itself, or the folder that holds it where the release has no such folder at all."""
+    top, slash, _ = relative.partition("/")
+    return top if slash and top not in folders else relative
 
 
 def _first_difference(present: bytes, expected: bytes) -> int | None:
