@@ -75,8 +75,10 @@ def cases(assignment_name: str, task: str) -> tuple[dict[str, np.ndarray], tuple
 
 def _size(array: np.ndarray) -> np.ndarray:
     """Euclidean norm of each sample, (b,)."""
-    flat = np.asarray(array, dtype=np.float64).reshape(len(array), -1)
-    return np.sqrt(np.sum(flat * flat, axis=1))
+    flat = np.abs(np.asarray(array, dtype=np.float64).reshape(len(array), -1))
+    largest = flat.max(axis=1, initial=0.0)
+    unit = flat / np.where(largest > 0, largest, 1.0)[:, None]  # squares must neither vanish nor overflow
+    return largest * np.sqrt(np.sum(unit * unit, axis=1))
 
 
 def _largest(inputs: Mapping[str, np.ndarray], *names: str) -> np.ndarray:
