@@ -31,9 +31,7 @@ GIVEN_RESULTS = {
 }
 
 
-def evaluate(
-    function: Callable[..., Any], *, results: tuple[str, ...] | None = None, **arrays: Any
-) -> Any:
+def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = None, **arrays: Any) -> Any:
     """Evaluate a Taichi function on a batch of samples.
 
     Parameters
@@ -110,7 +108,9 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
     source = inspect.getsourcefile(inspect.unwrap(function)) or ""
     lines = str(error).strip().splitlines()
     start = next((k for k, line in enumerate(lines) if source and source in line), 0)
-    text = "\n".join(lines[start:]).replace("During the handling of above exception, another exception occurred:", "")
+    text = "\n".join(lines[start:]).replace(
+        "During the handling of above exception, another exception occurred:", ""
+    )
     return StudentCodeError(f"{name} does not compile:\n{text.strip()}")
 
 
@@ -118,10 +118,12 @@ def _kind(title: str, name: str, array: np.ndarray) -> str:
     """Kind of an argument of an unlisted function, read off its array."""
     integer = array.dtype.kind in "iub"
     for kind, (shape, is_int) in KINDS.items():
-        if is_int == (integer and array.ndim <= 1) and array.ndim in (len(shape), len(shape) + 1):
-            if array.shape[-len(shape) :] == shape if shape else array.ndim <= 1:
-                return kind
-    raise MuslinError(f"{title}: {name} has shape {array.shape}; no scalar, vector or matrix looks like that.")
+        batched = array.ndim in (len(shape), len(shape) + 1)
+        if batched and array.shape[array.ndim - len(shape) :] == shape and is_int == (integer and not shape):
+            return kind
+    raise MuslinError(
+        f"{title}: {name} has shape {array.shape}; no scalar, vector or matrix looks like that."
+    )
 
 
 def _batched(
@@ -194,7 +196,7 @@ def _make_kernel(
     filename = f"<muslin batch {next(_counter)}: {title}>"
     linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
     exec(compile(source, filename, "exec", dont_inherit=True), scope)
-    return ti.kernel(scope["batch"])  # type: ignore[no-any-return]
+    return ti.kernel(scope["batch"])
 
 
 def _shape(value: Any) -> tuple[int, ...]:

@@ -30,7 +30,9 @@ INTERRUPTED = 130
 
 Functions = Annotated[
     Optional[Path],  # noqa: UP045  (typer evaluates this at run time on Python 3.10)
-    typer.Option("--functions", help="Folder with the student functions to run. Default: Muslin's own element."),
+    typer.Option(
+        "--functions", help="Folder with the student functions to run. Default: Muslin's own element."
+    ),
 ]
 Setting = Annotated[
     Optional[list[str]],  # noqa: UP045
@@ -159,13 +161,17 @@ def render(
 def export(
     run: Annotated[Path, typer.Argument(help="A run, written by `muslin simulate`.")],
     to: Annotated[str, typer.Option(help="glb, usda, pvd, vtu, ply or obj.")] = "glb",
-    out: Annotated[Optional[Path], typer.Option(help="Path without ending. Default: RUN/<format>/<scene>.")] = None,  # noqa: UP045
+    out: Annotated[
+        Path | None, typer.Option(help="Path without ending. Default: RUN/<format>/<scene>.")
+    ] = None,
 ) -> None:
     """Export a run for Blender, ParaView and other programs."""
     from muslin import show
 
     written = show.export_run(run, to, out)
-    typer.echo(f"Wrote {len(written)} file{'s' * (len(written) > 1)}: {show.shown(written[:3])}{', ...' * (len(written) > 3)}")
+    typer.echo(
+        f"Wrote {len(written)} file{'s' * (len(written) > 1)}: {show.shown(written[:3])}{', ...' * (len(written) > 3)}"
+    )
 
 
 @app.command()
@@ -180,7 +186,9 @@ def check(
     loaded = load(functions)
     for name in tasks or ():
         if name not in loaded.assignment.tasks:
-            raise MuslinError(f"There is no task {name!r}.", f"There is: {', '.join(loaded.assignment.tasks)}.")
+            raise MuslinError(
+                f"There is no task {name!r}.", f"There is: {', '.join(loaded.assignment.tasks)}."
+            )
     verdicts = reference.check(loaded, tasks or None)
     _print_verdicts(verdicts)
     if not all(verdict.ok for verdict in verdicts):
@@ -210,7 +218,9 @@ def doctor() -> None:
 @app.command()
 def release(
     assignment: Annotated[str, typer.Argument(help="An assignment, e.g. cloth.")],
-    check: Annotated[bool, typer.Option("--check", help="Only say whether the released files are in step.")] = False,
+    check: Annotated[
+        bool, typer.Option("--check", help="Only say whether the released files are in step.")
+    ] = False,
     out: Out = None,
 ) -> None:
     """Make the students' files from the solution: stubs, handout, task table."""
@@ -300,7 +310,14 @@ def _progress(title: str) -> Iterator[Callable[[int, int], None]]:
     """Progress bar with time left, on a terminal; now and then a line elsewhere."""
     if sys.stderr.isatty():
         from rich.console import Console
-        from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn, TimeRemainingColumn
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeElapsedColumn,
+            TimeRemainingColumn,
+        )
 
         columns = (
             TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),

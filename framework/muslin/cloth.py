@@ -107,7 +107,11 @@ class Cloth:
         MuslinError
             If the shape is wrong.
         """
-        x = np.ascontiguousarray(x, dtype=np.float64).reshape(-1, 3) if np.size(x) == self.X.size else np.asarray(x)
+        x = (
+            np.ascontiguousarray(x, dtype=np.float64).reshape(-1, 3)
+            if np.size(x) == self.X.size
+            else np.asarray(x)
+        )
         if x.shape != self.X.shape:
             raise MuslinError(f"Positions have shape {x.shape}; this cloth needs {self.X.shape}.")
         self.element.update(x)
@@ -149,9 +153,10 @@ class Cloth:
         if self.functions:
             from muslin.batch import evaluate
 
-            corners = {f"v{k}": v[self.triangles[:, k]] for k in range(3)}
-            density = {"area": self.area, "rho": self.rho, "h": self.h}
-            return float(evaluate(self.functions.kinetic_energy, **corners, **density).sum())
+            v0, v1, v2 = (v[self.triangles[:, k]] for k in range(3))
+            function = self.functions.kinetic_energy
+            T = evaluate(function, v0=v0, v1=v1, v2=v2, area=self.area, rho=self.rho, h=self.h)
+            return float(T.sum())
         return 0.5 * float(v.ravel() @ (self.mass @ v.ravel()))
 
     def stretches(self, x: np.ndarray) -> np.ndarray:
@@ -167,7 +172,9 @@ def _check_parameters(mu: float, lam: float, rho: float, h: float, energy: str, 
         if not (np.isfinite(value) and value > 0):
             raise MuslinError(f"{name} = {value} must be positive.")
     if not (np.isfinite(lam) and lam > -mu):
-        raise MuslinError(f"lam = {lam} must be a number above -mu = {-mu}.", "Otherwise the cloth is unstable at rest.")
-    for name, value, known in (("energy", energy, ENERGIES), ("hessian", hessian, HESSIANS)):
-        if value not in known:
-            raise MuslinError(f"There is no {name} {value!r}.", f"There is: {', '.join(known)}.")
+        raise MuslinError(
+            f"lam = {lam} must be a number above -mu = {-mu}.", "Otherwise the cloth is unstable at rest."
+        )
+    for what, chosen, known in (("energy", energy, ENERGIES), ("hessian", hessian, HESSIANS)):
+        if chosen not in known:
+            raise MuslinError(f"There is no {what} {chosen!r}.", f"There is: {', '.join(known)}.")

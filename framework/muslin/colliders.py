@@ -97,7 +97,9 @@ def detect(collider: Collider, x: np.ndarray, dt: float, functions: Functions | 
         away = x[near] - center[near]
         distance = np.linalg.norm(away, axis=1)
         hit = distance < collider.radius
-        normal = np.where(distance[:, None] > 0, away / np.maximum(distance, 1e-300)[:, None], (0.0, 1.0, 0.0))
+        normal = np.where(
+            distance[:, None] > 0, away / np.maximum(distance, 1e-300)[:, None], (0.0, 1.0, 0.0)
+        )
     inside = near[hit != 0]
     return Contacts(inside, normal[hit != 0], velocity[inside])
 

@@ -9,8 +9,8 @@ from typing import Any
 from muslin import paths
 
 #: The demo follows the drape until the cloth, which no friction holds, begins to slide off [steps].
-STEPS = 288
-STILL = 0.8  # [s]
+STEPS = 240
+STILL = 0.65  # [s]
 
 
 def run(
@@ -39,7 +39,9 @@ def run(
     from muslin.tasks import load
 
     solution = load(paths.solution("cloth")) if paths.in_repository() else None
-    say(f"Simulating a drape with {'the reference solution' if solution else 'the native element'} ({choose()}) ...")
+    say(
+        f"Simulating a drape with {'the reference solution' if solution else 'the native element'} ({choose()}) ..."
+    )
     with progress("simulating") as tick:
         result = simulate("drape", functions=solution, steps=STEPS, out=out / "run", on_step=tick)
     with progress("rendering") as tick:

@@ -31,11 +31,12 @@ class Spring:
 
 @dataclass
 class State:
-    """Positions [m] and velocities [m/s], (n, 3) each, at a time [s]."""
+    """Positions [m] and velocities [m/s], (n, 3) each, at a time [s], and the contacts v was filtered at."""
 
     x: np.ndarray
     v: np.ndarray
     time: float = 0.0
+    contacts: list[Contacts] = field(default_factory=list)
 
 
 @dataclass
@@ -88,7 +89,9 @@ class Model:
         if self.drag:
             f += self._wind_force(x, v)
         if self.spring:
-            f[self.spring.vertex] += self.spring.stiffness * (np.asarray(self.spring.target) - x[self.spring.vertex])
+            f[self.spring.vertex] += self.spring.stiffness * (
+                np.asarray(self.spring.target) - x[self.spring.vertex]
+            )
         return f
 
     def _wind_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
@@ -131,7 +134,9 @@ class Model:
         if len(self.held) == 0:
             return found
         free = [~np.isin(c.vertices, self.held) for c in found]
-        return [Contacts(c.vertices[k], c.normals[k], c.velocities[k]) for c, k in zip(found, free, strict=True)]
+        return [
+            Contacts(c.vertices[k], c.normals[k], c.velocities[k]) for c, k in zip(found, free, strict=True)
+        ]
 
 
 def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
@@ -166,7 +171,11 @@ def backward_euler(
     """
     cloth, system = model.cloth, model.system
     contacts = model.contacts(state, dt)
-    air = model.external_force(state.x, state.v) - model.external_force(state.x, 0 * state.v) if model.drag else 0.0
+    air = (
+        model.external_force(state.x, state.v) - model.external_force(state.x, 0 * state.v)
+        if model.drag
+        else 0.0
+    )
     known = model.known_velocity(state.time, dt)
     start = np.where(system.held, known, state.v.ravel())
     free = ~system.held
@@ -183,9 +192,8 @@ def backward_euler(
         momentum = cloth.mass @ (v - state.v.ravel())
         elastic = dt * cloth.gradient_here().ravel()
         external = dt * (model.external_force(x, 0 * state.v) + air).ravel()
-        scale = max(np.linalg.norm(part[free]) for part in (momentum, elastic, external))
-        scale = max(scale, float(np.linalg.norm((cloth.mass @ v)[free])))
-        return momentum + elastic - external, scale
+        parts = (momentum, elastic, external, cloth.mass @ v)
+        return momentum + elastic - external, max(float(np.linalg.norm(part[free])) for part in parts)
 
     v = start
     phi = objective(v)
@@ -217,7 +225,7 @@ def backward_euler(
 
 def _finish(model: Model, state: State, v: np.ndarray, contacts: list[Contacts], dt: float) -> State:
     v = respond(v, contacts, model.cloth.functions)
-    return State(state.x + dt * v, v, state.time + dt)
+    return State(state.x + dt * v, v, state.time + dt, contacts)
 
 
 INTEGRATORS: dict[str, Callable[[Model, State, float], State]] = {

@@ -61,7 +61,9 @@ def area_dpsi_ds(s, mu, lam):
 def area_d2psi_ds2(s, mu, lam):
     """Hessian of `area_psi` in the stretches."""
     c = lam * (2 * s[0] * s[1] - 1)
-    return ti.Matrix([[2 * mu + lam * s[1] ** 2, c, 0.0], [c, 2 * mu + lam * s[0] ** 2, 0.0], [0.0, 0.0, 0.0]])
+    return ti.Matrix(
+        [[2 * mu + lam * s[1] ** 2, c, 0.0], [c, 2 * mu + lam * s[0] ** 2, 0.0], [0.0, 0.0, 0.0]]
+    )
 
 
 @ti.func

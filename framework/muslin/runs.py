@@ -92,13 +92,18 @@ class Writer:
     def _flush(self) -> None:
         fresh = self._log is None
         if self._log is None:
-            self._log = open(self.folder / "energies.csv", "w", newline="", encoding="utf-8")
+            self._log = (self.folder / "energies.csv").open("w", newline="", encoding="utf-8")
         writer = csv.writer(self._log)
         if fresh:
             writer.writerow(COLUMNS)
             self._written = 0
         for row in self.rows[self._written :]:
-            writer.writerow([int(v) if name in ("step", "contacts") else repr(float(v)) for name, v in zip(COLUMNS, row, strict=True)])
+            writer.writerow(
+                [
+                    int(v) if name in ("step", "contacts") else repr(float(v))
+                    for name, v in zip(COLUMNS, row, strict=True)
+                ]
+            )
         self._written = len(self.rows)
         self._log.flush()
 
@@ -122,11 +127,14 @@ class RunFolder:
     def __init__(self, folder: Path | str):
         self.folder = Path(folder)
         try:
-            self.description: dict[str, Any] = json.loads((self.folder / "run.json").read_text(encoding="utf-8"))
+            self.description: dict[str, Any] = json.loads(
+                (self.folder / "run.json").read_text(encoding="utf-8")
+            )
             mesh = np.load(self.folder / "mesh.npz")
         except (OSError, ValueError):
             raise MuslinError(
-                f"{paths.shown(folder)} is not a run.", "A run is a folder written by: muslin simulate SCENE --out DIR"
+                f"{paths.shown(folder)} is not a run.",
+                "A run is a folder written by: muslin simulate SCENE --out DIR",
             ) from None
         self.X, self.triangles, self.held = mesh["X"], mesh["triangles"], mesh["held"]
         self._frames = sorted((self.folder / "frames").glob("[0-9]*.npy"))
@@ -200,7 +208,9 @@ def _clear(folder: Path) -> None:
     """Remove an earlier run, but nothing that is not one."""
     if folder.is_dir() and any(folder.iterdir()):
         if not (folder / "run.json").is_file():
-            raise MuslinError(f"{paths.shown(folder)} is not empty and not a run.", "Choose another --out folder.")
+            raise MuslinError(
+                f"{paths.shown(folder)} is not empty and not a run.", "Choose another --out folder."
+            )
         for name in ("frames", "display"):
             shutil.rmtree(folder / name, ignore_errors=True)
         for name in ("run.json", "mesh.npz", "display.npz", "energies.csv", "checkpoint.npz"):

@@ -84,9 +84,7 @@ class Show:
         if k not in self._cameras:
             every = _some(len(self.frames), 60)
             middle = self._middles(every)
-            points = [
-                self._points(j) - (middle(j) if self.scene.camera == "follow" else 0.0) for j in every
-            ]
+            points = [self._points(j) - (middle(j) if self.scene.camera == "follow" else 0.0) for j in every]
             fitted = render.fit_camera(np.concatenate(points), self.scene.view, self.size)
             shift = middle(k) if self.scene.camera == "follow" else np.zeros(3)
             eye, target = np.asarray(fitted.eye) + shift, np.asarray(fitted.target) + shift
@@ -94,7 +92,9 @@ class Show:
             if self.scene.camera == "follow":  # fitting looks at the whole motion: do it once
                 for j in range(len(self.frames)):
                     eye, target = np.asarray(fitted.eye) + middle(j), np.asarray(fitted.target) + middle(j)
-                    self._cameras[j] = render.Camera(_vec(eye), _vec(target), fitted.up, fitted.fov, fitted.near)
+                    self._cameras[j] = render.Camera(
+                        _vec(eye), _vec(target), fitted.up, fitted.fov, fitted.near
+                    )
         return self._cameras[k]
 
     def _middles(self, every: np.ndarray) -> Callable[[int], np.ndarray]:
@@ -111,7 +111,12 @@ class Show:
     def picture(self, k: int) -> np.ndarray:
         """Frame k as a picture, (height, width, 3) uint8."""
         return render.draw(
-            self.surfaces(k), self.camera(k), self.size, self.quality, wireframe=self.wireframe, legend=self.legend
+            self.surfaces(k),
+            self.camera(k),
+            self.size,
+            self.quality,
+            wireframe=self.wireframe,
+            legend=self.legend,
         )
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from muslin import mesh as meshes
 from muslin import paths, scenes
 from muslin.cloth import Cloth
-from muslin.colliders import Contacts, approach, depth
+from muslin.colliders import approach, depth
 from muslin.errors import MuslinError, SimulationError
 from muslin.integrators import Model, Spring, State, integrator
 from muslin.mesh import Mesh
@@ -168,7 +168,9 @@ def simulate(
         overrides["steps"] = steps
     if mesh is not None:
         overrides["mesh"] = str(mesh)
-    chosen = scenes.override(scene, **overrides) if isinstance(scene, Scene) else scenes.get(scene, **overrides)
+    chosen = (
+        scenes.override(scene, **overrides) if isinstance(scene, Scene) else scenes.get(scene, **overrides)
+    )
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
     model, state = build(chosen, functions, energy, hessian)
     shown = meshes.load(display) if display is not None else None
@@ -247,17 +249,16 @@ def _march(
     with np.errstate(invalid="ignore", over="ignore"):
         cloth.update(state.x)
         if step == 0:
-            rows.append(_row(model, state, 0, []))
+            rows.append(_row(model, state, 0))
             save(0, 0)
         try:
             while step < scene.steps:
-                contacts = model.contacts(state, scene.dt)
                 following = advance(model, state, scene.dt)
                 if not (np.isfinite(following.x).all() and np.isfinite(following.v).all()):
                     raise _blown_up(following, step + 1, scene, writer)
                 cloth.update(following.x)
                 state, step = following, step + 1
-                rows.append(_row(model, state, step, contacts))
+                rows.append(_row(model, state, step))
                 if step % scene.frame_every == 0 or step == scene.steps:
                     frame += 1
                     save(frame, step)
@@ -274,9 +275,9 @@ def _march(
     )  # fmt: skip
 
 
-def _row(model: Model, state: State, step: int, contacts: list[Contacts]) -> tuple[float, ...]:
+def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
     cloth = model.cloth
-    touching = [contact for contact in contacts if len(contact.vertices)]
+    touching = [contact for contact in state.contacts if len(contact.vertices)]
     count = sum(len(contact.vertices) for contact in touching)
     slowest = min((approach(state.v, contact) for contact in touching), default=0.0)
     deepest = max((depth(collider, state.x) for collider in model.colliders(state.time)), default=0.0)

@@ -163,6 +163,9 @@ class Functions:
         self._found = found
         self.__dict__.update(found)
 
+    def __getattr__(self, name: str) -> Callable[..., Any]:
+        raise AttributeError(f"the assignment {self.assignment.name!r} has no task {name!r}")
+
     def __iter__(self) -> Iterator[Callable[..., Any]]:
         return iter(self._found.values())
 
@@ -195,10 +198,14 @@ def load(folder: Path | str, assignment_name: str = "cloth") -> Functions:
     """
     folder = Path(folder)
     if not folder.is_dir():
-        raise MuslinError(f"There is no folder {paths.shown(folder)}.", "Name a folder with the assignment's files.")
+        raise MuslinError(
+            f"There is no folder {paths.shown(folder)}.", "Name a folder with the assignment's files."
+        )
     table = assignment(assignment_name)
     modules = {file: _import(folder / file) for file in table.files}
-    return Functions(folder, table, {task.name: _find(task, modules[task.file], folder) for task in table.tasks.values()})
+    return Functions(
+        folder, table, {task.name: _find(task, modules[task.file], folder) for task in table.tasks.values()}
+    )
 
 
 def failure_of(function: Callable[..., Any]) -> MuslinError | None:
@@ -234,7 +241,9 @@ def _import(path: Path) -> ModuleType | MuslinError:
     except UnicodeDecodeError:
         return StudentCodeError(f"{where} is not UTF-8 text.", "Save it as UTF-8.")
     except (Exception, SystemExit) as error:
-        return StudentCodeError(f"{_line_of(error, path)}: importing the file fails: {type(error).__name__}: {error}.")
+        return StudentCodeError(
+            f"{_line_of(error, path)}: importing the file fails: {type(error).__name__}: {error}."
+        )
     return module
 
 
@@ -270,7 +279,9 @@ def _find(task: Task, module: ModuleType | MuslinError, folder: Path) -> Callabl
         return _failing(task, module)
     function = getattr(module, task.name, None)
     if not callable(function):
-        return _failing(task, StudentCodeError(f"{where} has no function {task.name}.", "Copy its first line back."))
+        return _failing(
+            task, StudentCodeError(f"{where} has no function {task.name}.", "Copy its first line back.")
+        )
     if not getattr(function, "_is_taichi_function", False):
         hint = f"Write @ti.func on the line above def {task.name}."
         return _failing(task, StudentCodeError(f"{task.name} in {where} is not a Taichi function.", hint))

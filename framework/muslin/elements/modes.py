@@ -43,6 +43,8 @@ def block(U, gi, gj, stretch, flip, twist, out):
     B = ti.Matrix.zero(float, 3, 3)
     for a, b in ti.static(ti.ndrange(3, 3)):
         B[a, b] = (
-            U[a, 0] * (c00 * U[b, 0] + c01 * U[b, 1]) + U[a, 1] * (c10 * U[b, 0] + c11 * U[b, 1]) + cnn * U[a, 2] * U[b, 2]
+            U[a, 0] * (c00 * U[b, 0] + c01 * U[b, 1])
+            + U[a, 1] * (c10 * U[b, 0] + c11 * U[b, 1])
+            + cnn * U[a, 2] * U[b, 2]
         )
     return B

@@ -46,7 +46,9 @@ class NativeElement:
         self.weight = h * area
         self.mu = mu
         self.lam_trace, self.lam_area = (lam, 0.0) if energy == "linearised" else (0.0, lam)
-        self.g0 = np.empty((3 * len(triangles), 3))  # gradient of each corner's phi in the plane; third entry unused
+        self.g0 = np.empty(
+            (3 * len(triangles), 3)
+        )  # gradient of each corner's phi in the plane; third entry unused
         _rest(X, triangles, normal, self.g0)
 
     def update(self, x: np.ndarray) -> None:
@@ -69,7 +71,15 @@ class NativeElement:
         """Hessian of each triangle's energy, (9 m, 3, 3) blocks, corner by corner [N/m]."""
         out = np.empty((9 * len(self.triangles), 3, 3))
         _hessians(
-            self.x, self.triangles, self.g0, self.weight, self.mu, self.lam_trace, self.lam_area, int(project), out
+            self.x,
+            self.triangles,
+            self.g0,
+            self.weight,
+            self.mu,
+            self.lam_trace,
+            self.lam_area,
+            int(project),
+            out,
         )
         return out
 
@@ -201,9 +211,13 @@ def _hessians(
             out0, out1 = ti.max(out0, 0.0), ti.max(out1, 0.0)
         stretch, outs = ti.Vector([stretch0, stretch1, coupling]), ti.Vector([out0, out1])
         for i in range(3):
-            gi = ti.Vector([c * g[3 * e + i][0] + d * g[3 * e + i][1], c * g[3 * e + i][1] - d * g[3 * e + i][0]])
+            gi = ti.Vector(
+                [c * g[3 * e + i][0] + d * g[3 * e + i][1], c * g[3 * e + i][1] - d * g[3 * e + i][0]]
+            )
             for j in range(i, 3):
-                gj = ti.Vector([c * g[3 * e + j][0] + d * g[3 * e + j][1], c * g[3 * e + j][1] - d * g[3 * e + j][0]])
+                gj = ti.Vector(
+                    [c * g[3 * e + j][0] + d * g[3 * e + j][1], c * g[3 * e + j][1] - d * g[3 * e + j][0]]
+                )
                 B = weight[e] * block(U, gi, gj, stretch, flip, twist, outs)
                 out[9 * e + 3 * i + j] = B
                 if j > i:

@@ -37,7 +37,7 @@ class Pattern:
         # block (i, j) gathers rows 9 e + 3 corner_i + corner_j
         i = np.repeat(triangles, 3, axis=1).ravel().astype(np.int64)
         j = np.tile(triangles, 3).reshape(m, 9).ravel().astype(np.int64)
-        keys, first, inverse = np.unique(i * n + j, return_index=True, return_inverse=True)
+        keys, inverse = np.unique(i * n + j, return_inverse=True)
         self.block_rows = np.argsort(inverse, kind="stable").astype(np.int32)
         self.block_ptr = _pointers(inverse, len(keys))
         row, col = keys // n, keys % n
@@ -54,7 +54,9 @@ class Pattern:
                 self.indices[self.start + a * self.stride + b] = 3 * col + b
         diagonal = np.flatnonzero(row == col)
         #: position in `data` of entry (3 i + a, 3 i + a), shape (n, 3)
-        self.diagonal = np.stack([self.start[diagonal] + a * (self.stride[diagonal] + 1) for a in range(3)], axis=1)
+        self.diagonal = np.stack(
+            [self.start[diagonal] + a * (self.stride[diagonal] + 1) for a in range(3)], axis=1
+        )
 
     def vector(self, rows: np.ndarray) -> np.ndarray:
         """Sum rows (3 m, 3), one per triangle corner, into (n, 3)."""

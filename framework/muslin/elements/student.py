@@ -67,7 +67,12 @@ class StudentElement:
         """Take new positions (n, 3): deformation gradients and their singular value decompositions."""
         m = len(self.triangles)
         self.x = x
-        self.F, self.U, self.V, self.s = np.empty((m, 3, 3)), np.empty((m, 3, 3)), np.empty((m, 3, 3)), np.empty((m, 3))
+        self.F, self.U, self.V, self.s = (
+            np.empty((m, 3, 3)),
+            np.empty((m, 3, 3)),
+            np.empty((m, 3, 3)),
+            np.empty((m, 3)),
+        )
         self._launch("deformation_gradient", x, self.triangles, self.dphi, self.normal, self.F)
         _svd(self.F, self.normal, self.U, self.s, self.V)
 
@@ -275,9 +280,7 @@ def _closed_blocks(
 
 
 @ti.kernel
-def _chain_rule(
-    columns: mat3s, dn: mat3s, dphi: mat3s, N: vec3s, area: scalars, h: ti.f64, out: mat3s
-):
+def _chain_rule(columns: mat3s, dn: mat3s, dphi: mat3s, N: vec3s, area: scalars, h: ti.f64, out: mat3s):
     """H = h a (dF/dq)^T psi'' (dF/dq) with dF/dx_i = (. grad phi_i^T) + dn/dx_i N^T."""
     for e in range(dphi.shape[0]):
         for j in range(3):
@@ -331,7 +334,9 @@ def _clamp_known_modes(
             gi = _in_frame(dphi[e], V[e], i)
             for j in range(3):
                 gj = _in_frame(dphi[e], V[e], j)
-                out[9 * e + 3 * i + j] += h * area[e] * block(U[e], gi, gj, stretch, lift[1, 0], lift[1, 1], outs)
+                out[9 * e + 3 * i + j] += (
+                    h * area[e] * block(U[e], gi, gj, stretch, lift[1, 0], lift[1, 1], outs)
+                )
 
 
 @ti.func
@@ -351,4 +356,3 @@ def _moves(k, half, U, V, edge1, edge2):
     elif k == 5:
         left0, left1 = 0.0 * u0, n
     return left0 * v0.dot(edge1) + left1 * v1.dot(edge1), left0 * v0.dot(edge2) + left1 * v1.dot(edge2)
-

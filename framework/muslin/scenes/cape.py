@@ -74,7 +74,9 @@ def joints(scene: Cape, time: float) -> list[tuple[np.ndarray, np.ndarray, float
         foot = (0.09 * side, HIP - 0.83 * np.cos(leg), 0.83 * np.sin(leg))
         hand = (0.28 * side, shoulder[1] - 0.52 * np.cos(arm), 0.08 + 0.52 * np.sin(arm))
         parts += [(hip, foot, 0.075), (shoulder, hand, 0.05)]
-    return [(turn @ np.array(a, float) + at, turn @ np.array(b, float) + at, radius) for a, b, radius in parts]
+    return [
+        (turn @ np.array(a, float) + at, turn @ np.array(b, float) + at, radius) for a, b, radius in parts
+    ]
 
 
 def figure(scene: Cape, time: float) -> tuple[Collider, ...]:

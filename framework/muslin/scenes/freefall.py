@@ -42,7 +42,8 @@ def curled(scene: FreeFall, mesh: Mesh) -> np.ndarray:
         along, up, across = (first - middle).T
         radius = 0.25 * np.ptp(along)
         x[:n] = middle + np.stack(
-            [radius * np.sin(along / radius), 1.2 * up, radius * (1 - np.cos(along / radius)) + across], axis=1
+            [radius * np.sin(along / radius), 1.2 * up, radius * (1 - np.cos(along / radius)) + across],
+            axis=1,
         )
     return x
 

@@ -94,7 +94,9 @@ class Scene:
     floor: bool = False  # whether the ground is solid
     start: Callable[[Any, Mesh], np.ndarray] = as_it_is
     colliders: Callable[[Any, float], tuple[Collider, ...]] = sphere_and_floor
-    carried: Callable[[Any, np.ndarray, float], np.ndarray] | None = None  # where pinned vertices are at a time
+    carried: Callable[[Any, np.ndarray, float], np.ndarray] | None = (
+        None  # where pinned vertices are at a time
+    )
 
     @property
     def lame(self) -> tuple[float, float]:
@@ -112,7 +114,9 @@ class Scene:
     def load_mesh(self) -> Mesh:
         """The undeformed cloth."""
         if self.mesh == "grid":
-            return meshes.grid(self.resolution, self.resolution, name=f"grid {self.resolution}x{self.resolution}")
+            return meshes.grid(
+                self.resolution, self.resolution, name=f"grid {self.resolution}x{self.resolution}"
+            )
         shipped = paths.meshes() / f"{self.mesh}.obj"
         return meshes.load(shipped if shipped.is_file() and not Path(self.mesh).exists() else self.mesh)
 
@@ -203,7 +207,16 @@ def _convert(name: str, value: Any, kind: str) -> Any:
     """Read a parameter from text (or pass it through) according to its declared type."""
     try:
         if kind == "bool":
-            words = {"true": True, "yes": True, "on": True, "1": True, "false": False, "no": False, "off": False, "0": False}
+            words = {
+                "true": True,
+                "yes": True,
+                "on": True,
+                "1": True,
+                "false": False,
+                "no": False,
+                "off": False,
+                "0": False,
+            }
             return words[str(value).strip().lower()]
         if kind == "int":
             if float(value) != int(float(value)):
