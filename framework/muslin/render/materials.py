@@ -63,7 +63,8 @@ class Material:
             raise MuslinError(f'There is no material "{self.kind}".', f"The kinds are {', '.join(KINDS)}.")
         if not self.lo < 1 < self.hi:
             raise MuslinError(
-                f"The strain map runs from {self.lo} to {self.hi}, which does not contain 1, the stretch at rest."
+                f"The strain map runs from {self.lo} to {self.hi}, which does not contain 1,"
+                " the stretch at rest."
             )
         if not self.scale > 0:
             raise MuslinError(f"A material's scale must be positive, not {self.scale}.")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import subprocess
 import sys
 import tempfile
@@ -137,7 +138,7 @@ class _Mp4:
             "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709",
             "-movflags", "+faststart", str(path.resolve()),
         ]  # fmt: skip
-        self.messages: IO[bytes] = tempfile.TemporaryFile()
+        self.messages: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the movie
         # Ctrl-C is for us alone: the encoder must live to close the file.
         options: dict[str, Any] = (
             {"creationflags": 0x00000200} if sys.platform == "win32" else {"start_new_session": True}
@@ -162,10 +163,8 @@ class _Mp4:
 
     def close(self, frames: int) -> None:
         assert self.process.stdin is not None
-        try:
+        with contextlib.suppress(OSError):  # its exit code tells
             self.process.stdin.close()
-        except OSError:
-            pass
         code = self.process.wait()
         if frames == 0:
             self.path.unlink(missing_ok=True)

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
@@ -84,6 +85,7 @@ class Legend:
 BACKGROUND: tuple[Colour, Colour] = ("#eceef0", "#e6e4e1")
 """Top and bottom of the picture behind everything."""
 
+_WHITEST = 3.0  # light this bright is shown as white
 _BANDS = 48  # row bands per picture; any number gives the same picture
 
 
@@ -163,20 +165,21 @@ def draw(
     _light_vertices(scene, settled, up)
 
     settings = np.zeros(shade.SETTINGS, dtype=np.float32)
-    top, bottom = background if _is_pair(background) else (background, background)
+    top, bottom = _pair(background)
     for place, value in (
         (shade.EYE, camera.eye),
         (shade.TO_SUN, to_sun),
         (shade.SUN, light.sun_strength * linear(light.sun)),
         (shade.SKY, light.sky_strength * linear(light.sky)),
         (shade.FLOOR, light.floor_strength * linear(light.floor)),
-        (shade.TOP, linear(top)),  # type: ignore[arg-type]
-        (shade.BOTTOM, linear(bottom)),  # type: ignore[arg-type]
+        (shade.TOP, _untone(linear(top))),
+        (shade.BOTTOM, _untone(linear(bottom))),
         (shade.WIRE_COLOUR, linear("#20262e")),
     ):
         settings[place : place + 3] = value
     settings[shade.OFFSET] = 1.6 * texel
-    settings[shade.WIRE_WIDTH] = 0.45 * height / 720
+    settings[shade.WHITEST] = _WHITEST
+    settings[shade.WIRE_WIDTH] = 0.45 * max(height / 720, 1)
     picture = np.empty((height, width, 3), dtype=np.uint8)
     shade.shade(
         samples, jitter, seen, scene.vertex, scene.triangles, edges, scene.surfaces, settings,
@@ -414,14 +417,28 @@ def _workspace(triangles: int, width: int, height: int) -> tuple[NDArray[Any], .
     )
 
 
-def _encoding() -> NDArray[np.float32]:
-    """The sRGB byte of linear light, indexed by its square root."""
-    root = np.linspace(0, 1, 4096)
-    return np.rint(255 * srgb(root * root)).astype(np.float32)
+def _tone(light: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Linear up to 0.7, then a gentle shoulder towards 1, so that nothing bright is cut off."""
+    return np.where(light > 0.7, 1 - 0.3 * np.exp(-(np.maximum(light, 0.7) - 0.7) / 0.3), light)
 
 
-def _is_pair(background: Any) -> bool:
-    return isinstance(background, (tuple, list)) and len(background) == 2
+def _untone(shown: NDArray[np.float64]) -> NDArray[np.float64]:
+    """The light that `_tone` shows as `shown`, up to `_WHITEST`."""
+    bright = 0.7 - 0.3 * np.log(np.maximum(1 - shown, 1e-9) / 0.3)
+    return np.minimum(np.where(shown > 0.7, bright, shown), _WHITEST)
+
+
+@lru_cache(maxsize=1)
+def _encoding() -> NDArray[np.uint8]:
+    """The picture's bytes for linear light from 0 to `_WHITEST`."""
+    return np.rint(255 * srgb(_tone(np.linspace(0, _WHITEST, 1 << 16)))).astype(np.uint8)
+
+
+def _pair(background: Colour | tuple[Colour, Colour]) -> tuple[Colour, Colour]:
+    """Top and bottom colour of the background."""
+    if isinstance(background, str) or len(background) == 3:
+        return background, background
+    return background
 
 
 def _ink(image: Image, x: float, y: float, w: float, h: float) -> tuple[int, int, int]:

@@ -22,6 +22,7 @@ ENERGY_COLOURS: dict[str, Colour] = {
 }
 COLOURS: tuple[Colour, ...] = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#2b2e33")
 
+_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
 _FINE = 3  # drawn this many times larger, then averaged down
 _INK, _PALE, _GRID, _PAPER = (43, 46, 51), (120, 124, 130), (228, 230, 233), (255, 255, 255)
 
@@ -205,32 +206,21 @@ def _ticks(low: float, high: float, wanted: int, log: bool, unit: str) -> tuple[
         ticks = [t for t in _steps(10**low, 10**high, wanted) if t > 0]
         return [float(np.log10(t)) for t in ticks], [f"{t:.6g}" for t in ticks], ""
     ticks = _steps(low, high, wanted)
-    prefix, scale = "", 1.0
     largest = max((abs(t) for t in ticks), default=0.0)
-    if unit and largest > 0:
-        for prefix, scale in (
-            ("G", 1e9),
-            ("M", 1e6),
-            ("k", 1e3),
-            ("", 1.0),
-            ("m", 1e-3),
-            ("µ", 1e-6),
-            ("n", 1e-9),
-        ):
-            if largest >= scale * (10 if scale > 1 else 0.1 if scale == 1 else 1):
-                break
+    prefix = _prefix(largest) if unit else ""
+    scale = _PREFIXES[prefix]
     step = (ticks[1] - ticks[0]) / scale if len(ticks) > 1 else largest / scale
     if not 1e-4 < step < 1e6:
         return ticks, [f"{t / scale:.4g}" for t in ticks], prefix
     digits = max(0, -int(np.floor(np.log10(step) + 1e-9)))
-    return (
-        ticks,
-        [
-            f"{t / scale:.{digits}f}".replace("-0", "0") if t == 0 else f"{t / scale:.{digits}f}"
-            for t in ticks
-        ],
-        prefix,
-    )
+    return ticks, [f"{t / scale + 0.0:.{digits}f}" for t in ticks], prefix
+
+
+def _prefix(largest: float) -> str:
+    """The SI prefix that makes the largest tick a short number; none for 0.1 to 10,000."""
+    if largest == 0 or 0.1 <= largest < 1e4:
+        return ""
+    return next((p for p, scale in _PREFIXES.items() if largest >= scale), "n")
 
 
 def _steps(low: float, high: float, wanted: int) -> list[float]:

@@ -23,6 +23,7 @@ F1 = ti.types.ndarray(dtype=ti.f32, ndim=1)
 F2 = ti.types.ndarray(dtype=ti.f32, ndim=2)
 F3 = ti.types.ndarray(dtype=ti.f32, ndim=3)
 I2 = ti.types.ndarray(dtype=ti.i32, ndim=2)
+U1 = ti.types.ndarray(dtype=ti.u8, ndim=1)
 U3 = ti.types.ndarray(dtype=ti.u8, ndim=3)
 
 

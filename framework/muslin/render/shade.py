@@ -1,11 +1,11 @@
 """The light: smooth normals, sky occlusion at the vertices, and the colour of every pixel.
 
 The sky is a hemisphere of light, the floor a dimmer hemisphere below. Both are sampled at the vertices, from
-each side of the surface apart, with one depth map per direction: cheap, and free of noise. The sun's shadow is
-sampled per pixel, from several depth maps spread over the sun's disc, so its edge softens with distance.
+each side of the surface apart, with one depth map per direction: cheap, and free of noise. The sun's shadow
+is sampled per pixel, from several depth maps spread over the sun's disc, so its edge softens with distance.
 """
 
-from muslin.render.raster import D2, F1, F2, F3, I2, U3, F, reached, sample_place, ti
+from muslin.render.raster import D2, F1, F2, F3, I2, U1, U3, F, reached, sample_place, ti
 
 # Columns of the vertex table.
 POSITION, NORMAL, UV, VALUE, SKY_FRONT, FLOOR_FRONT, SKY_BACK, FLOOR_BACK = 0, 3, 6, 8, 9, 10, 11, 12
@@ -19,8 +19,8 @@ SURFACE_COLUMNS = 23
 
 # Entries of the table of settings.
 EYE, TO_SUN, SUN, SKY, FLOOR, TOP, BOTTOM, WIRE_COLOUR = 0, 3, 6, 9, 12, 15, 18, 21
-OFFSET, WIRE_WIDTH = 24, 25
-SETTINGS = 26
+OFFSET, WIRE_WIDTH, WHITEST = 24, 25, 26
+SETTINGS = 27
 
 Vec3 = ti.types.vector(3, ti.f32)
 
@@ -102,17 +102,19 @@ def smooth_light(triangles: I2, passes: ti.i32, vertex: F2, sums: F2):
 
 @ti.func
 def three(table: ti.template(), first) -> Vec3:
+    """Three numbers of a list."""
     return Vec3(table[first], table[first + 1], table[first + 2])
 
 
 @ti.func
 def three_of(table: ti.template(), row, first) -> Vec3:
+    """Three numbers of a row."""
     return Vec3(table[row, first], table[row, first + 1], table[row, first + 2])
 
 
 @ti.func
 def unit(v):
-    """v / |v|; `normalized()` would compute in double precision."""
+    """The unit vector along v; `normalized()` would compute it in double precision."""
     return v * (F(1.0) / ti.sqrt(v.dot(v) + F(1e-30)))
 
 
@@ -167,15 +169,6 @@ def woven(s, t, width):
 
 
 @ti.func
-def tone(x):
-    """Linear up to 0.7, then a gentle shoulder towards 1."""
-    y = x
-    if x > F(0.7):
-        y = 1 - F(0.3) * ti.exp(-(x - F(0.7)) / F(0.3))
-    return y
-
-
-@ti.func
 def barycentric(edges: ti.template(), m, x, y) -> Vec3:
     """Perspective-correct barycentric coordinates in triangle m of the place (x, y)."""
     l0 = edges[m, 0] * x + edges[m, 1] * y + edges[m, 2]
@@ -197,17 +190,18 @@ def colour_at(
     p0, p1, p2 = three_of(vertex, i, 0), three_of(vertex, j, 0), three_of(vertex, k, 0)
     p = b[0] * p0 + b[1] * p1 + b[2] * p2
     to_eye = unit(three(settings, EYE) - p)
-    facet = unit((p1 - p0).cross(p2 - p0))
+    facet = (p1 - p0).cross(p2 - p0)
     n = facet
     if surfaces[which, SMOOTH] > 0:
-        n = unit(
-            b[0] * three_of(vertex, i, NORMAL) + b[1] * three_of(vertex, j, NORMAL)
+        n = (
+            b[0] * three_of(vertex, i, NORMAL)
+            + b[1] * three_of(vertex, j, NORMAL)
             + b[2] * three_of(vertex, k, NORMAL)
-        )  # fmt: skip
+        )
+    n = unit(n)
     back = 0
     if facet.dot(to_eye) < 0:
         back = 1
-        facet = -facet
         n = -n
     value = b[0] * vertex[i, VALUE] + b[1] * vertex[j, VALUE] + b[2] * vertex[k, VALUE]
     # The surface's own colour.
@@ -254,9 +248,8 @@ def colour_at(
         share = -surfaces[which, TRANSLUCENCY] * cosine
     sun = F(0.0)
     if share > 0:
-        tilt = facet.dot(to_sun)
-        out *= settings[OFFSET] * ti.sqrt(ti.max(F(0.02), 1 - tilt * tilt))
-        q = p + out * facet
+        # Step off the surface just as far as the depth maps' texels make it uncertain.
+        q = p + out * settings[OFFSET] * ti.sqrt(ti.max(F(0.02), 1 - cosine * cosine)) * n
         # The first few lie on the sun's rim: if they all agree, so will the rest.
         total = maps.shape[0]
         rest = ti.min(total, 8)
@@ -309,43 +302,52 @@ def colour_at(
 @ti.kernel
 def shade(
     samples: ti.i32, jitter: ti.f64, seen: I2, vertex: F2, triangles: I2, edges: D2, surfaces: F2,
-    settings: F1, strain: F2, frames: F2, maps: F3, encode: F1, picture: U3,
+    settings: F1, strain: F2, frames: F2, maps: F3, encode: U1, picture: U3,
 ):  # fmt: skip
-    """The picture: each triangle that a pixel's samples see is shaded once, at the middle of its samples."""
+    """The picture: each triangle that a pixel's samples see is shaded once, at the middle of its samples.
+
+    encode: bytes of the picture for linear light from 0 to settings[WHITEST].
+    """
+    total = samples * samples
+    top = F(encode.shape[0] - 1)
+    scale = top / (F(total) * settings[WHITEST])
     ti.loop_config(block_dim=8)
     for row in range(picture.shape[0]):
         t = (row + F(0.5)) / F(picture.shape[0])
         behind = three(settings, TOP) + t * (three(settings, BOTTOM) - three(settings, TOP))
         for column in range(picture.shape[1]):
             light = Vec3(0.0)
-            for s in range(samples * samples):
-                m = seen[row * samples + s // samples, column * samples + s % samples]
-                fresh = 1
-                for r in range(s):
-                    if seen[row * samples + r // samples, column * samples + r % samples] == m:
-                        fresh = 0
-                        break
-                if fresh == 1:
-                    count = 0
-                    x, y = ti.f64(0.0), ti.f64(0.0)
-                    for r in range(s, samples * samples):
-                        i = row * samples + r // samples
-                        j = column * samples + r % samples
+            place, above, left = 0, row * samples, column * samples
+            while place < total:
+                # The samples that see the same triangle as this one, unless one before it does.
+                m = seen[above, left]
+                count, r = 0, 0
+                x, y = ti.f64(0.0), ti.f64(0.0)
+                for i in range(row * samples, (row + 1) * samples):
+                    for j in range(column * samples, (column + 1) * samples):
                         if seen[i, j] == m:
+                            if r < place:
+                                count = -total
                             a, b = sample_place(i, j, jitter)
                             x += a
                             y += b
                             count += 1
+                        r += 1
+                if count > 0:
                     colour = behind
                     if m >= 0:
                         colour = colour_at(
                             m, x / count, y / count, samples, behind, vertex, triangles, edges, surfaces,
                             settings, strain, frames, maps,
                         )  # fmt: skip
-                    for c in ti.static(range(3)):
-                        light[c] += count * tone(colour[c])
+                    light += count * colour
+                place += 1
+                left += 1
+                if left == (column + 1) * samples:
+                    left -= samples
+                    above += 1
+                if count == total:
+                    place = total
             for c in ti.static(range(3)):
-                # The table is indexed by the square root: as fine in the shadows as sRGB is.
-                mean = ti.math.clamp(light[c] / F(samples * samples), F(0.0), F(1.0))
-                index = ti.cast(ti.sqrt(mean) * (encode.shape[0] - 1) + F(0.5), ti.i32)
-                picture[row, column, c] = ti.cast(encode[index], ti.u8)
+                mean = ti.math.clamp(light[c] * scale, F(0.0), top)
+                picture[row, column, c] = encode[ti.cast(mean + F(0.5), ti.i32)]
