@@ -92,10 +92,10 @@ CLOTH = Material("weave", "#c04a35", back="#dfb48c", scale=0.005, sheen=0.3, tra
 MUSLIN = Material("weave", "#efe3cc", back="#e6d3b0", scale=0.005, sheen=0.3, translucency=0.2)
 """Unbleached muslin."""
 
-PROP = Material("solid", "#8d99a6", roughness=0.45)
+PROP = Material("solid", "#9ca7b3", roughness=0.45)
 """Glazed grey, for spheres and capsules."""
 
-GROUND = Material("solid", "#e6e5e3")
+GROUND = Material("solid", "#e4e5e7")
 """The studio floor."""
 
 

@@ -61,7 +61,7 @@ class Light:
     sun_strength: float = 0.88
     sky_strength: float = 0.46
     floor_strength: float = 0.18
-    softness: float = 3.0
+    softness: float = 2.6
 
 
 @dataclass(frozen=True)
@@ -378,7 +378,7 @@ def _sun_disc(to_sun: NDArray[np.float64], softness: float, n: int) -> NDArray[n
     u /= np.linalg.norm(u)
     v = np.cross(to_sun, u)
     rim, inside = min(n, 8), np.arange(max(n - 8, 0))
-    r = np.concatenate([np.ones(rim), 0.88 * np.sqrt((inside + 0.5) / max(len(inside), 1))])
+    r = np.concatenate([np.full(rim, 0.95), 0.84 * np.sqrt((inside + 0.5) / max(len(inside), 1))])
     r *= np.tan(np.radians(softness))
     phi = np.concatenate([np.arange(rim) * 2 * np.pi / rim, inside * np.pi * (3 - np.sqrt(5)) + 0.4])
     d = to_sun + r[:, None] * (np.cos(phi)[:, None] * u + np.sin(phi)[:, None] * v)

@@ -209,10 +209,10 @@ def _ticks(low: float, high: float, wanted: int, log: bool, unit: str) -> tuple[
     largest = max((abs(t) for t in ticks), default=0.0)
     prefix = _prefix(largest) if unit else ""
     scale = _PREFIXES[prefix]
-    step = (ticks[1] - ticks[0]) / scale if len(ticks) > 1 else largest / scale
-    if not 1e-4 < step < 1e6:
+    apart = (ticks[1] - ticks[0]) / scale if len(ticks) > 1 else largest / scale
+    if not 1e-4 < apart < 1e6:
         return ticks, [f"{t / scale:.4g}" for t in ticks], prefix
-    digits = max(0, -int(np.floor(np.log10(step) + 1e-9)))
+    digits = max(0, -int(np.floor(np.log10(apart) + 1e-9)))
     return ticks, [f"{t / scale + 0.0:.{digits}f}" for t in ticks], prefix
 
 

@@ -112,8 +112,8 @@ class Surface:
         return a
 
 
-def sphere_surface(center: ArrayLike, radius: float, material: Material = PROP, rings: int = 40) -> Surface:
-    """A sphere of `2 rings` meridians and `rings` parallels, with exact normals.
+def sphere_surface(center: ArrayLike, radius: float, material: Material = PROP, rings: int = 32) -> Surface:
+    """A sphere of `rings` parallels and twice as many meridians, with exact normals.
 
     A cloth resting on a sphere touches it with its vertices while its triangles are chords: draw the sphere
     a little smaller than it collides (1% is plenty) so that it does not show through.
@@ -166,9 +166,7 @@ def ground_surface(
     inner_next = 1 + sectors * np.arange(rings - 1)[:, None] + (s + 1) % sectors
     triangles += _quads(inner, inner + sectors, inner_next + sectors, inner_next)
     t = np.concatenate(triangles)
-    if axis != 1:  # x, y and x, z, y are of opposite hand
-        pass
-    else:
+    if axis == 1:  # x, z, y is left-handed
         t = t[:, ::-1]
     normal = np.zeros_like(x)
     normal[:, axis] = 1
@@ -206,7 +204,6 @@ def _round(
     n = (ring + height[:, None, None] * w).reshape(-1, 3)
     base = np.repeat(a + ends[:, None] * (b - a), sectors, axis=0)
     normals = np.concatenate([[-w], n, [w]])
-    # The flat facets of a tessellated sphere lie inside it; this radius keeps its average silhouette.
     vertices = np.concatenate([[a], base, [b]]) + radius * normals
     s = np.arange(sectors)
     following = (s + 1) % sectors
