@@ -203,6 +203,8 @@ def _shape(value: Any) -> tuple[int, ...]:
     """Shape of a value inside a kernel under compilation."""
     if isinstance(value, (int, float)):
         return ()
+    if isinstance(value, (list, tuple)):
+        raise StudentCodeError("A list is not a vector here.", "Write ti.Vector([...]) or ti.Matrix([...]) around it.")
     if hasattr(value, "is_tensor"):
         return tuple(value.get_shape()) if value.is_tensor() else ()
     return tuple(getattr(value, "shape", ()) or ())

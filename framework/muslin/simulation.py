@@ -78,6 +78,8 @@ def build(
         mesh, mu=mu, lam=lam, rho=scene.rho, h=scene.h, functions=functions, energy=energy, hessian=hessian
     )
     x = np.ascontiguousarray(scene.start(scene, mesh))
+    middle = (x.min(axis=0) + x.max(axis=0)) / 2
+    x = middle + (x - middle) * np.asarray(scene.stretch) if scene.stretch != (1.0, 1.0, 1.0) else x
     held = scene.pinned_vertices(mesh)
     carried = scene.carried
 
@@ -97,6 +99,7 @@ def build(
         spring=_spring(scene, len(x)),
         project=scene.project,
         solver=scene.solver,
+        tolerance=scene.tolerance,
     )
     v = np.tile(np.asarray(scene.start_velocity, float), (len(x), 1))
     v[held] = 0.0

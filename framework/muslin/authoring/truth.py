@@ -53,7 +53,7 @@ def precise() -> Any:
 
 def exact(values: Any) -> Any:
     """Numbers, arrays or nested lists of them, taken over without rounding (as lists of mpf)."""
-    if isinstance(values, np.ndarray):
+    if isinstance(values, (np.ndarray, np.generic)):
         values = values.tolist()
     if isinstance(values, (list, tuple)):
         return [exact(value) for value in values]

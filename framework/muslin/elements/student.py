@@ -15,6 +15,7 @@ from muslin import given
 from muslin.batch import evaluate, run
 from muslin.elements.arrays import index3, mat3s, scalars, vec3s, vec4s
 from muslin.elements.modes import block, clamp_stretch
+from muslin.errors import SimulationError
 from muslin.material import ENERGIES
 from muslin.tasks import Functions, usable
 
@@ -62,6 +63,18 @@ class StudentElement:
         if name not in self.kernels:
             self.kernels[name] = KERNELS[name](usable(getattr(self.f, name)))
         run(self.kernels[name], getattr(self.f, name), *arguments)
+        result = arguments[-1]
+        if not np.isfinite(result).all():
+            self._complain(name, result)
+
+    def _complain(self, name: str, result: np.ndarray) -> None:
+        bad = ~np.isfinite(result).reshape(len(result), -1).all(axis=1)
+        e = int(np.flatnonzero(bad)[0]) * len(self.triangles) // len(result)
+        corners = ", ".join(map(str, self.triangles[e]))
+        raise SimulationError(
+            f"{name} returns a number that is not finite (NaN or infinity) in triangle {e} (vertices {corners}).",
+            f"Look for a division by zero or a square root of something negative. Try: muslin check {name}",
+        )
 
     def update(self, x: np.ndarray) -> None:
         """Take new positions (n, 3): deformation gradients and their singular value decompositions."""

@@ -77,6 +77,7 @@ class Scene:
     integrator: str = "linearly-implicit"
     solver: str = "auto"
     project: bool = True
+    tolerance: float = 1e-8  # of Newton's method, in backward Euler
     sphere: bool = False
     sphere_center: Vec = (0.0, 0.0, 0.0)
     sphere_radius: float = 0.3
@@ -85,6 +86,7 @@ class Scene:
     drag: float = 0.0  # of the air [kg/m^3]
     start_at: Vec = (0.0, 0.0, 0.0)
     start_velocity: Vec = (0.0, 0.0, 0.0)
+    stretch: Vec = (1.0, 1.0, 1.0)  # scales the start along each axis
     drag_vertex: int = -1  # the mouse: which vertex (none: -1), where to, how stiff
     drag_to: Vec = (0.0, 0.0, 0.0)
     drag_stiffness: float = 1e3
