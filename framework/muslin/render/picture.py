@@ -34,7 +34,7 @@ class Quality:
 QUALITIES = {
     "draft": Quality(1, 1, 1024, 0, 1),
     "good": Quality(2, 24, 352, 48, 112),
-    "best": Quality(4, 64, 1024, 192, 192),
+    "best": Quality(4, 48, 896, 128, 160),
 }
 
 

@@ -41,8 +41,8 @@ def edge_functions(
         for i in ti.static(range(3)):
             for k in ti.static(range(3)):
                 v[i, k] = view[triangles[m, i], k]
-        lo = ti.Vector([1e9, 1e9])
-        hi = ti.Vector([-1e9, -1e9])
+        lo = ti.Vector([1e9, 1e9], dt=ti.f64)
+        hi = ti.Vector([-1e9, -1e9], dt=ti.f64)
         for i in range(3):
             j = (i + 1) % 3
             a = ti.Vector([v[i, 0], v[i, 1], v[i, 2]])
@@ -145,7 +145,7 @@ def depth_maps(points: F2, triangles: I2, frames: F2, far_side: ti.i32, bands: t
     """
     res = maps.shape[1]
     count = frames.shape[0]
-    half = F(0.5)
+    half, up = F(0.5), F(0.9999)
     ti.loop_config(block_dim=1)
     for task in range(count * bands):
         k = task // bands
@@ -171,10 +171,11 @@ def depth_maps(points: F2, triangles: I2, frames: F2, far_side: ti.i32, bands: t
             u0, v0, h0 = scratch[task, i0, 0] - half, scratch[task, i0, 1] - half, scratch[task, i0, 2]
             u1, v1 = scratch[task, i1, 0] - half, scratch[task, i1, 1] - half
             u2, v2 = scratch[task, i2, 0] - half, scratch[task, i2, 1] - half
-            first = ti.max(ti.cast(ti.ceil(ti.min(v0, v1, v2)), ti.i32), top)
-            last = ti.min(ti.cast(ti.floor(ti.max(v0, v1, v2)), ti.i32) + 1, bottom)
-            left = ti.max(ti.cast(ti.ceil(ti.min(u0, u1, u2)), ti.i32), 0)
-            right = ti.min(ti.cast(ti.floor(ti.max(u0, u1, u2)), ti.i32) + 1, res)
+            # The maps have a margin around all points: coordinates are positive, so casts round down.
+            first = ti.max(ti.cast(ti.min(v0, v1, v2) + up, ti.i32), top)
+            last = ti.min(ti.cast(ti.max(v0, v1, v2), ti.i32) + 1, bottom)
+            left = ti.cast(ti.min(u0, u1, u2) + up, ti.i32)
+            right = ti.cast(ti.max(u0, u1, u2), ti.i32) + 1
             area = (u1 - u0) * (v2 - v0) - (v1 - v0) * (u2 - u0)
             if first < last and left < right and ti.abs(area) > F(1e-6):
                 # s and t are the barycentric coordinates of the second and third vertex.
@@ -214,9 +215,9 @@ def reached(maps: ti.template(), frames: ti.template(), k, px, py, pz, bias):
     v = frames[i, 4] * px + frames[i, 5] * py + frames[i, 6] * pz + frames[i, 7] - half
     h = frames[i, 8] * px + frames[i, 9] * py + frames[i, 10] * pz + frames[i, 11]
     light = F(1.0)
-    iu = ti.cast(ti.floor(u), ti.i32)
-    iv = ti.cast(ti.floor(v), ti.i32)
-    if iu >= 0 and iv >= 0 and iu < res - 1 and iv < res - 1:
+    inside = F(res - 1)
+    if u >= 0 and v >= 0 and u < inside and v < inside:
+        iu, iv = ti.cast(u, ti.i32), ti.cast(v, ti.i32)
         fu = u - iu
         fv = v - iv
         t = sign * h + bias
