@@ -266,7 +266,7 @@ def test_singular_value_decomposition_is_exact_and_keeps_the_normal_last(batch):
         holds(size(R.transpose(0, 2, 1) @ R - np.eye(3)), np.full(COUNT, 4e-15))
         holds(np.abs(np.linalg.det(R) - 1), np.full(COUNT, 4e-15))
     assert (V[:, :, 2] == batch.N).all()
-    assert (s[:, 0] * (1 + 4e-16) >= s[:, 1]).all()
+    assert (s[:, 0] >= s[:, 1]).all()
     assert (s[:, 2] == 1).all()
     flattened = s[:, 0] / s[:, 1]
     holds(size(U[:, :, 2] - batch.n), 4e-15 * flattened)
@@ -337,7 +337,7 @@ def test_eigensystem_is_the_curvature_of_the_energy_along_the_four_modes(f, ordi
     curvature = fast.energy_of_A(A, mu, lam, energy).hessian
     modes = MODES.reshape(4, 6)
     expected = np.stack([np.einsum("A,eAB,B->e", mode, curvature, mode) for mode in modes], axis=1)
-    holds(error(got, expected, np.maximum(size(H), size(expected))), np.full(COUNT, bound))
+    holds(error(got, expected, size(H)), np.full(COUNT, bound))
 
 
 def derivatives_in_s(s, mu, lam, energy):

@@ -204,7 +204,9 @@ def _shape(value: Any) -> tuple[int, ...]:
     if isinstance(value, (int, float)):
         return ()
     if isinstance(value, (list, tuple)):
-        raise StudentCodeError("A list is not a vector here.", "Write ti.Vector([...]) or ti.Matrix([...]) around it.")
+        raise StudentCodeError(
+            "A list is not a vector here.", "Write ti.Vector([...]) or ti.Matrix([...]) around it."
+        )
     if hasattr(value, "is_tensor"):
         return tuple(value.get_shape()) if value.is_tensor() else ()
     return tuple(getattr(value, "shape", ()) or ())

@@ -6,7 +6,7 @@ along: F N = n. The normal's stretch is therefore exactly 1; it stands last, wit
 
 import taichi as ti
 
-#: Equal stretches are pushed apart by this much before the singular value decomposition is differentiated.
+#: Equal stretches are pushed apart by about this much before the singular value decomposition is differentiated.
 SPLIT = 1e-6
 
 
@@ -70,7 +70,7 @@ def svd(F, N):
     s0 = plus.norm() + minus.norm()
     s1 = 0.0 * s0
     if s0 > 0:
-        s1 = length * (r11 / s0)
+        s1 = ti.min(length * (r11 / s0), s0)
     sum_angle = ti.atan2(plus[1], plus[0])
     difference = ti.atan2(minus[1], minus[0])
     left, right = (sum_angle + difference) / 2, (sum_angle - difference) / 2
@@ -85,16 +85,17 @@ def svd(F, N):
 
 @ti.func
 def split(s):
-    """Push equal stretches apart, the same way every time, so that all three differ by at least `SPLIT`.
+    """Push equal stretches apart, the same way every time, so that all three differ by about `SPLIT`.
 
     s       : s_0 >= s_1, and the normal's 1, vec3 [1]
     returns : the stretches of a nearby matrix with the same U and V, vec3 [1]
     """
     s0, s1 = s[0], s[1]
     close = 0.99 * SPLIT
-    if s0 - s1 < close:
-        middle = (s0 + s1) / 2
-        s0, s1 = middle + SPLIT / 2, middle - SPLIT / 2
+    middle = (s0 + s1) / 2
+    apart = ti.max(ti.min(middle, 1.0), 0.5)  # less for small stretches, whose energy bends more
+    if s0 - s1 < close * apart:
+        s0, s1 = middle + SPLIT * apart / 2, middle - SPLIT * apart / 2
     if abs(s0 - 1) < close:
         s0 = 1 + SPLIT
     if abs(s1 - 1) < close:

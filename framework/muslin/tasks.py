@@ -292,7 +292,7 @@ def _find(task: Task, module: ModuleType | MuslinError, folder: Path) -> Callabl
         return _failing(task, StudentCodeError(message, f"It must take ({', '.join(expected)})."))
     if _is_stub(function):
         return _failing(task, NotImplementedYet(f"not implemented yet: {task.name} ({where})"))
-    function.task = task  # type: ignore[attr-defined]
+    function.task = task
     return function
 
 

@@ -38,8 +38,8 @@ def eigensystem(s, dpsi_ds, d2psi_ds2):
     gap = s_0 - s_1
     flip = (d2psi_ds2[0, 0] + d2psi_ds2[1, 1]) / 2 - d2psi_ds2[0, 1]  # the limit where the stretches meet
     missed = psi_0 - psi_1 - flip * gap  # what the limit misses; taken where it is more than rounding
-    scale = abs(psi_0) + abs(psi_1) + abs(d2psi_ds2[0, 0]) + abs(d2psi_ds2[1, 1])
-    if abs(gap) > 1e-5 and abs(missed) > 1e-15 * scale:
+    scale = 2 * (abs(psi_0) + abs(psi_1)) + abs(d2psi_ds2[0, 0]) + abs(d2psi_ds2[1, 1])
+    if abs(gap) > 1e-5 and abs(missed) > 2e-16 * scale:
         flip += missed / gap
     twist = (psi_0 + psi_1) / max(s_0 + s_1, 1e-6)
     return ti.Vector([flip, twist, psi_0 / max(s_0, 1e-6), psi_1 / max(s_1, 1e-6)])
