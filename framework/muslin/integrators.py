@@ -224,7 +224,8 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
             trial = objective(v + length * step)
         v, phi = v + length * step, trial
     raise SimulationError(
-        f"Newton's method did not converge in {NEWTON_ITERATIONS} iterations (residual {size / scale:.1e} of its scale).",
+        f"Newton's method did not converge in {NEWTON_ITERATIONS} iterations: "
+        f"the residual is {size / scale:.1e} of its scale.",
         "Reduce dt.",
     )
 
