@@ -256,6 +256,10 @@ def test_every_parameter_can_be_overridden_and_nonsense_is_refused():
         {"resolution": "1.5"}, {"E": -1.0, "nu": 0.3}, {"pinned": "99999"}, {"solver": "magic"}, {"rho": 0},
         {"integrator": "guess"}, {"mesh": "nowhere.obj"}, {"drag_vertex": 10**6},
     ]  # fmt: skip
+    assert scenes.get("cape", walk_speed="2", **{"turn_period": 4}).walk_speed == 2.0
+    for name in scenes.SCENES:  # what a run records can be read back
+        scene = scenes.get(name)
+        assert scenes.get(name, **json.loads(json.dumps(scene.parameters()))) == scene
     for wrong in nonsense:
         with pytest.raises(MuslinError):
             muslin.simulate("drape", steps=wrong.pop("steps", 1), **wrong)

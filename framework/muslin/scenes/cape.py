@@ -60,18 +60,19 @@ def step_phase(scene: Cape, time: float) -> float:
 
 
 def joints(scene: Cape, time: float) -> list[tuple[np.ndarray, np.ndarray, float]]:
-    """Segments (from, to, radius) of the figure: trunk, shoulders, head, arms, legs."""
+    """Segments (from, to, radius) of the figure: trunk, shoulders, neck, head, arms, legs."""
     turn, at = pose(scene, time)
     swing = scene.stride * np.sin(step_phase(scene, time)) * min(1.0, time / 0.6)
     parts = [
         ((0, HIP, 0), (0, NECK - 0.16, 0), 0.145),
         ((-0.15, NECK - 0.09, 0), (0.15, NECK - 0.09, 0), 0.07),
+        ((0, NECK - 0.1, 0), (0, HEAD - 0.05, 0.01), 0.052),
         ((0, HEAD - 0.02, 0.01), (0, HEAD + 0.06, 0.02), 0.095),
     ]
     for side in (-1.0, 1.0):
         leg, arm = side * swing, -0.8 * side * swing
         hip, shoulder = (0.09 * side, HIP, 0), (0.235 * side, NECK - 0.13, 0.03)
-        foot = (0.09 * side, HIP - 0.83 * np.cos(leg), 0.83 * np.sin(leg))
+        foot = (0.09 * side, HIP - 0.87 * np.cos(leg), 0.87 * np.sin(leg))
         hand = (0.28 * side, shoulder[1] - 0.52 * np.cos(arm), 0.08 + 0.52 * np.sin(arm))
         parts += [(hip, foot, 0.075), (shoulder, hand, 0.05)]
     return [

@@ -14,6 +14,7 @@ SCENE = Scene(
     steps=300,
     frame_every=5,
     fps=30,
+    view=(-1.0, 0.25, 0.75),
     sphere=True,
     sphere_center=(0.0, 0.0, 0.4),
     sphere_radius=0.22,  # never touched: the cloth stays in its plane

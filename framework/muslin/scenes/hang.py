@@ -13,5 +13,6 @@ SCENE = Scene(
     dt=1 / 60,
     steps=180,
     frame_every=1,
+    view=(-0.5, 0.25, 1.0),
     start=lying,
 )

@@ -202,7 +202,8 @@ def override(scene: Scene, **values: Any) -> Scene:
 
 
 def _kind(scene: Scene, name: str) -> str:
-    return next(str(f.type) for f in dataclasses.fields(scene) if f.name == name)
+    kind = next(f.type for f in dataclasses.fields(scene) if f.name == name)
+    return kind if isinstance(kind, str) else kind.__name__  # a subclass may annotate with types or with text
 
 
 def _convert(name: str, value: Any, kind: str) -> Any:
