@@ -180,7 +180,7 @@ def draw(
     settings[shade.OFFSET] = 1.6 * texel
     settings[shade.WHITEST] = _WHITEST
     settings[shade.WIRE_WIDTH] = 0.45 * max(height / 720, 1)
-    picture = np.empty((height, width, 3), dtype=np.uint8)
+    picture: Image = np.empty((height, width, 3), dtype=np.uint8)
     shade.shade(
         samples, jitter, seen, scene.vertex, scene.triangles, edges, scene.surfaces, settings,
         strain_table(), sun_frames, sun_maps, _encoding(), picture,
@@ -289,7 +289,7 @@ def _gather(surfaces: Sequence[Surface], wireframe: bool) -> _Scene:
     scene.vertex = np.zeros((first[-1], shade.VERTEX_COLUMNS), dtype=np.float32)
     scene.triangles = np.zeros((faces[-1], 4), dtype=np.int32)
     scene.surfaces = np.zeros((max(len(checked), 1), shade.SURFACE_COLUMNS), dtype=np.float32)
-    casters = [np.zeros((0, 4), dtype=np.int32)]
+    casters: list[NDArray[np.int32]] = [np.zeros((0, 4), dtype=np.int32)]
     standing = [np.zeros((0, 3))]
     for i, s in enumerate(checked):
         part, face = slice(first[i], first[i + 1]), slice(faces[i], faces[i + 1])
@@ -431,7 +431,7 @@ def _untone(shown: NDArray[np.float64]) -> NDArray[np.float64]:
 @lru_cache(maxsize=1)
 def _encoding() -> NDArray[np.uint8]:
     """The picture's bytes for linear light from 0 to `_WHITEST`."""
-    return np.rint(255 * srgb(_tone(np.linspace(0, _WHITEST, 1 << 16)))).astype(np.uint8)
+    return np.rint(255 * srgb(_tone(np.linspace(0, _WHITEST, 1 << 16, dtype=np.float64)))).astype(np.uint8)
 
 
 def _pair(background: Colour | tuple[Colour, Colour]) -> tuple[Colour, Colour]:
