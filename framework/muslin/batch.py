@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 
 from muslin import runtime
+from muslin.complaints import explained
 from muslin.errors import MuslinError, StudentCodeError
 from muslin.tasks import KINDS, Task, usable
 
-_kernels: dict[Any, Callable[..., None]] = {}
 _counter = itertools.count()
 
 #: Results of the given functions, for `evaluate(muslin.given.svd, F=..., N=...)`.
@@ -75,7 +75,7 @@ def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = 
     inputs, batch = _batched(title, names, kinds, [np.asarray(arrays[name]) for name in names])
     outputs = [_empty(kind, batch) for kind in results]
     runtime.start()
-    kernel = _kernel(function, title, kinds, results)
+    kernel = kept(function, (kinds, results), lambda: _make_kernel(function, title, kinds, results))
     run(kernel, function, *inputs, *outputs)
     return outputs[0] if len(outputs) == 1 else tuple(outputs)
 
@@ -88,30 +88,12 @@ def run(kernel: Callable[..., None], function: Callable[..., Any], *arguments: A
     StudentCodeError
         With the message of Taichi's compiler, and the line of the student's own file where it names one.
     """
-    ti = runtime.taichi()
     try:
         kernel(*arguments)
     except MuslinError:
         raise
-    except (ti.TaichiCompilationError, ti.TaichiRuntimeError, Exception) as error:
+    except Exception as error:
         raise explained(error, function) from None
-
-
-def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError:
-    """Taichi's error about a student function, without Taichi's own frames."""
-    found: BaseException | None = error
-    while found is not None:
-        if isinstance(found, MuslinError):
-            return found
-        found = found.__cause__ or found.__context__
-    name = getattr(function, "__name__", "function")
-    source = inspect.getsourcefile(inspect.unwrap(function)) or ""
-    lines = str(error).strip().splitlines()
-    start = next((k for k, line in enumerate(lines) if source and source in line), 0)
-    text = "\n".join(lines[start:]).replace(
-        "During the handling of above exception, another exception occurred:", ""
-    )
-    return StudentCodeError(f"{name} does not compile:\n{text.strip()}")
 
 
 def _kind(title: str, name: str, array: np.ndarray) -> str:
@@ -153,14 +135,12 @@ def _empty(kind: str, batch: int) -> np.ndarray:
     return np.zeros((batch, *shape), dtype=np.int32 if is_int else np.float64)
 
 
-def _kernel(
-    function: Callable[..., Any], title: str, kinds: tuple[str, ...], results: tuple[str, ...]
-) -> Callable[..., None]:
-    """Compile, once, the kernel that maps `function` over a batch."""
-    key = (inspect.unwrap(function), kinds, results)
-    if key not in _kernels:
-        _kernels[key] = _make_kernel(function, title, kinds, results)
-    return _kernels[key]
+def kept(function: Callable[..., Any], key: Any, make: Callable[[], Any]) -> Any:
+    """Make something of a function once: it lives as long as the function, so that old code can be forgotten."""
+    store = inspect.unwrap(function).__dict__.setdefault("_muslin_kept", {})
+    if key not in store:
+        store[key] = make()
+    return store[key]
 
 
 def _make_kernel(
@@ -184,7 +164,7 @@ def _make_kernel(
 
     def check(value: Any, k: int) -> bool:
         shape, _ = KINDS[results[k]]
-        got = _shape(value)
+        got = _shape(title, value)
         if got != shape:
             what = "" if len(results) == 1 else f" as result {k + 1}"
             raise StudentCodeError(
@@ -199,13 +179,14 @@ def _make_kernel(
     return ti.kernel(scope["batch"])
 
 
-def _shape(value: Any) -> tuple[int, ...]:
+def _shape(title: str, value: Any) -> tuple[int, ...]:
     """Shape of a value inside a kernel under compilation."""
     if isinstance(value, (int, float)):
         return ()
     if isinstance(value, (list, tuple)):
         raise StudentCodeError(
-            "A list is not a vector here.", "Write ti.Vector([...]) or ti.Matrix([...]) around it."
+            f"{title} returns a Python list, which is not a vector.",
+            "Write ti.Vector([...]) or ti.Matrix([...]) around it.",
         )
     if hasattr(value, "is_tensor"):
         return tuple(value.get_shape()) if value.is_tensor() else ()

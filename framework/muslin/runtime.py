@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import warnings
 from types import ModuleType
 from typing import Any
 
@@ -60,6 +61,9 @@ def start(threads: int | None = None, arch: str = "cpu", precision: str = "f64")
     ti = taichi()
     if not _started or _lost(ti):
         threads = threads or int(os.environ.get("MUSLIN_THREADS", "0")) or os.cpu_count() or 1
+        warnings.filterwarnings(
+            "ignore", message=".*Calling non-taichi function"
+        )  # `complaints` says it better
         with contextlib.redirect_stdout(io.StringIO()):  # "Starting on arch=..."
             ti.init(
                 arch=getattr(ti, arch),

@@ -290,8 +290,13 @@ def _find(task: Task, module: ModuleType | MuslinError, folder: Path) -> Callabl
     if given != expected:
         message = f"{task.name} in {where} takes ({', '.join(given)})."
         return _failing(task, StudentCodeError(message, f"It must take ({', '.join(expected)})."))
-    if _is_stub(function):
+    tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(function))))
+    if _is_stub(tree):
         return _failing(task, NotImplementedYet(f"not implemented yet: {task.name} ({where})"))
+    if not any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(tree)):
+        return _failing(
+            task, StudentCodeError(f"{task.name} in {where} returns nothing.", "End it with a return.")
+        )
     function.task = task
     return function
 
@@ -306,9 +311,8 @@ def _failing(task: Task, failure: MuslinError) -> Callable[..., Any]:
     return function
 
 
-def _is_stub(function: Callable[..., Any]) -> bool:
+def _is_stub(tree: ast.AST) -> bool:
     """Whether the body still says `raise NotImplementedError`."""
-    tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(function))))
     for node in ast.walk(tree):
         if isinstance(node, ast.Raise) and node.exc is not None:
             exc = node.exc.func if isinstance(node.exc, ast.Call) else node.exc

@@ -12,7 +12,7 @@ import numpy as np
 import taichi as ti
 
 from muslin import given
-from muslin.batch import evaluate, run
+from muslin.batch import evaluate, kept, run
 from muslin.elements.arrays import index3, mat3s, scalars, vec3s, vec4s
 from muslin.elements.modes import block, clamp_stretch
 from muslin.errors import SimulationError
@@ -54,15 +54,13 @@ class StudentElement:
         if ENERGIES[energy] is not None:
             f.psi, f.dpsi_ds, f.d2psi_ds2 = ENERGIES[energy]
         self.f = f
-        self.kernels: dict[str, Callable[..., None]] = {}
         corners = {f"X{k}": X[triangles[:, k]] for k in range(3)}
         self.dphi = evaluate(f.dphi_dX, **corners)
 
     def _launch(self, name: str, *arguments: Any) -> None:
-        """Run the kernel around student function `name`, made on first use."""
-        if name not in self.kernels:
-            self.kernels[name] = KERNELS[name](usable(getattr(self.f, name)))
-        run(self.kernels[name], getattr(self.f, name), *arguments)
+        """Run the kernel around student function `name`, made on first use, and look at what it returned."""
+        function = usable(getattr(self.f, name))
+        run(kept(function, name, lambda: KERNELS[name](function)), function, *arguments)
         result = arguments[-1]
         if not np.isfinite(result).all():
             self._complain(name, result)

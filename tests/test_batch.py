@@ -1,0 +1,154 @@
+"""The bridge between numpy and student functions: shapes in, shapes out, and mistakes explained in their terms."""
+
+import textwrap
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin import given
+from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def solution():
+    return muslin.load(ROOT / "solutions" / "cloth")
+
+
+def submission(folder, name, body, header="import taichi as ti\nimport math\nimport numpy as np\n"):
+    """A folder with one function of the assignment, decorated, with this body."""
+    task = muslin.load(ROOT / "solutions" / "cloth")[name].task
+    arguments = ", ".join(value.name for value in task.arguments)
+    code = f"{header}\n@ti.func\ndef {name}({arguments}):\n" + textwrap.indent(textwrap.dedent(body), "    ")
+    (folder / task.file).write_text(code)
+    return muslin.load(folder)
+
+
+def test_one_sample_serves_a_whole_batch(solution):
+    n = np.array([0.0, 0.0, 1.0])
+    v = np.random.default_rng(0).normal(size=(5, 3))
+    np.testing.assert_array_equal(
+        muslin.evaluate(solution.filter_velocity, v=v, n=n),
+        muslin.evaluate(solution.filter_velocity, v=v, n=np.tile(n, (5, 1))),
+    )
+
+
+def test_inputs_are_never_changed(tmp_path):
+    f = submission(tmp_path, "filter_velocity", "v[0] = 7.0\nreturn v")
+    v = np.zeros((3, 3))
+    got = muslin.evaluate(f.filter_velocity, v=v, n=v)
+    np.testing.assert_array_equal(got[:, 0], 7.0)
+    np.testing.assert_array_equal(v, 0.0)
+
+
+def test_functions_that_return_several_values_give_a_tuple(solution):
+    hit, n = muslin.evaluate(solution.sphere_contact, x=np.zeros((2, 3)), c=np.ones(3), r=[1.0, 2.0])
+    assert hit.tolist() == [0, 1]
+    assert n.shape == (2, 3)
+    U, s, V = muslin.evaluate(given.svd, F=np.eye(3)[None], N=np.array([[0.0, 0.0, 1.0]]))
+    assert U.shape == V.shape == (1, 3, 3)
+    assert s.tolist() == [[1.0, 1.0, 1.0]]
+
+
+@pytest.mark.parametrize(
+    ("arrays", "words"),
+    [
+        ({"v": np.zeros((2, 3))}, r"takes \(v, n\)"),
+        ({"v": np.zeros((2, 2)), "n": np.zeros((2, 3))}, r"v is a vec3 and needs shape \(b, 3\)"),
+        ({"v": np.zeros((2, 3)), "n": np.zeros((4, 3))}, "different numbers of samples"),
+    ],
+)
+def test_wrong_arguments_are_named(solution, arrays, words):
+    with pytest.raises(MuslinError, match=words):
+        muslin.evaluate(solution.filter_velocity, **arrays)
+
+
+def test_every_stub_says_that_it_is_one(monkeypatch):
+    monkeypatch.chdir(ROOT)
+    stubs = muslin.load("assignments/cloth")
+    for function in stubs:
+        task = function.task
+        with pytest.raises(NotImplementedYet) as caught:
+            muslin.evaluate(function, **{value.name: 0.0 for value in task.arguments})
+        assert str(caught.value) == f"not implemented yet: {task.name} (assignments/cloth/{task.file})"
+
+
+MISTAKES = {
+    "a method that does not exist": ("return v.crss(n)", ["line 7", "v.crss(n)", "no attribute 'crss'"]),
+    "a Python list": ("return [v[0], v[1], v[2]]", ["returns a Python list", "ti.Vector"]),
+    "a matrix instead of a vector": (
+        "return v.outer_product(n)",
+        ["returns a 3x3 matrix where a vector of 3"],
+    ),
+    "shapes that do not fit": ("return v.outer_product(n) + v", ["line 7", "a 3x3 matrix and a vector of 3"]),
+    "return in a branch": (
+        "if v.dot(n) < 0:\n    return v\nreturn n",
+        ["line 8", "return it once at the end"],
+    ),
+    "numpy": ("return np.cross(v, n)", ["line 7", "NumPy and math do not run"]),
+    "math": ("return v * math.sqrt(n[0])", ["line 7", "ti.sqrt"]),
+    "an unknown name": ("return w", ["line 7", '"w" is not defined']),
+    "recursion": ("return filter_velocity(v, n)", ["line 7", "calls itself"]),
+    "no return": ("d = v.dot(n)", ["returns nothing"]),
+    "a text": ('v = "fast"\nreturn v', ["line 7"]),
+}
+
+
+@pytest.mark.parametrize("mistake", MISTAKES)
+def test_a_mistake_is_explained_in_the_students_own_file(mistake, tmp_path, monkeypatch, capfd):
+    monkeypatch.chdir(tmp_path)
+    body, words = MISTAKES[mistake]
+    f = submission(tmp_path, "filter_velocity", body)
+    with pytest.raises(StudentCodeError) as caught:
+        muslin.evaluate(f.filter_velocity, v=np.ones((2, 3)), n=np.ones((2, 3)))
+    message = str(caught.value)
+    for word in words:
+        assert word in message
+    for noise in ("Traceback", "site-packages", "muslin/batch", "Tensor"):
+        assert noise not in message
+    assert len(message.splitlines()) <= 6
+    assert capfd.readouterr() == ("", "")
+
+
+FILES = {
+    "not Python": (b"def phi(:\n", "line 1: Python cannot read this"),
+    "not text": (b"\xff\xfe\x00", "collision.py"),
+    "fails on import": (
+        b"import taichi as ti\n1 / 0\n",
+        "line 2: importing the file fails: ZeroDivisionError",
+    ),
+    "leaves on import": (b"import sys\nsys.exit(0)\n", "line 2: importing the file fails: SystemExit"),
+    "restarts Taichi": (b"import taichi as ti\nti.init(arch=ti.gpu)\n", "calls ti.init or ti.reset"),
+    "lacks the function": (b"import taichi as ti\n", "has no function filter_velocity"),
+    "lacks the decorator": (b"def filter_velocity(v, n):\n    return v\n", "Write @ti.func"),
+    "other arguments": (
+        b"import taichi as ti\n@ti.func\ndef filter_velocity(n, v):\n    return v\n",
+        "takes (n, v). It must take (v, n)",
+    ),
+}
+
+
+@pytest.mark.parametrize("fault", FILES)
+def test_a_broken_file_costs_only_its_own_tasks(fault, tmp_path, capfd):
+    for file in (ROOT / "solutions" / "cloth").glob("*.py"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    content, words = FILES[fault]
+    (tmp_path / "collision.py").write_bytes(content)
+    f = muslin.load(tmp_path)
+    with pytest.raises(MuslinError) as caught:
+        muslin.evaluate(f.filter_velocity, v=np.ones((1, 3)), n=np.ones((1, 3)))
+    assert words in str(caught.value)
+    assert muslin.evaluate(f.psi, s=np.ones((1, 3)), mu=1.0, lam=1.0).tolist() == [0.0]
+    assert "Traceback" not in "".join(capfd.readouterr())
+
+
+def test_an_edited_file_is_read_anew(tmp_path):
+    v, n = np.ones((1, 3)), np.ones((1, 3))
+    first = submission(tmp_path, "filter_velocity", "return v * 2")
+    assert muslin.evaluate(first.filter_velocity, v=v, n=n)[0, 0] == 2
+    second = submission(tmp_path, "filter_velocity", "return v * 30.0")
+    assert muslin.evaluate(second.filter_velocity, v=v, n=n)[0, 0] == 30
+    assert muslin.evaluate(first.filter_velocity, v=v, n=n)[0, 0] == 2
