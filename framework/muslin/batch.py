@@ -21,15 +21,6 @@ from muslin.tasks import KINDS, Task, usable
 
 _counter = itertools.count()
 
-#: Results of the given functions, for `evaluate(muslin.given.svd, F=..., N=...)`.
-GIVEN_RESULTS = {
-    "svd": ("mat3", "vec3", "mat3"),
-    "dsvd": ("mat3", "vec3", "mat3"),
-    "split": ("vec3",),
-    "diag": ("mat3",),
-    "tangents": ("vec3", "vec3"),
-}
-
 
 def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = None, **arrays: Any) -> Any:
     """Evaluate a Taichi function on a batch of samples.
@@ -64,16 +55,18 @@ def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = 
     if set(arrays) != set(names):
         raise MuslinError(f"{title} takes ({', '.join(names)}), not ({', '.join(arrays)}).")
     if results is None:
-        results = tuple(value.kind for value in task.results) if task else GIVEN_RESULTS.get(title)
+        results = tuple(value.kind for value in task.results) if task else _given(function)[1]
     if results is None:
         raise MuslinError(f"What {title} returns is not known.", 'Say it: evaluate(..., results=("vec3",)).')
-    kinds = (
-        tuple(value.kind for value in task.arguments)
-        if task
-        else tuple(_kind(title, name, np.asarray(arrays[name])) for name in names)
-    )
+    if task:
+        kinds = tuple(value.kind for value in task.arguments)
+    else:
+        known = _given(function)[0]
+        kinds = known or tuple(_kind(title, name, np.asarray(arrays[name])) for name in names)
     inputs, batch = _batched(title, names, kinds, [np.asarray(arrays[name]) for name in names])
     outputs = [_empty(kind, batch) for kind in results]
+    if batch == 0:
+        return outputs[0] if len(outputs) == 1 else tuple(outputs)
     runtime.start()
     kernel = kept(function, (kinds, results), lambda: _make_kernel(function, title, kinds, results))
     run(kernel, function, *inputs, *outputs)
@@ -94,6 +87,21 @@ def run(kernel: Callable[..., None], function: Callable[..., Any], *arguments: A
         raise
     except Exception as error:
         raise explained(error, function) from None
+
+
+def _given(function: Callable[..., Any]) -> tuple[tuple[str, ...] | None, tuple[str, ...] | None]:
+    """Kinds of the arguments and results of a given function; (None, None) for any other."""
+    from muslin import given
+
+    return (
+        given.KINDS.get(getattr(function, "__name__", ""), (None, None))
+        if _is_given(function)
+        else (None, None)
+    )
+
+
+def _is_given(function: Callable[..., Any]) -> bool:
+    return getattr(function, "__module__", None) == "muslin.given"
 
 
 def _kind(title: str, name: str, array: np.ndarray) -> str:
@@ -136,7 +144,7 @@ def _empty(kind: str, batch: int) -> np.ndarray:
 
 
 def kept(function: Callable[..., Any], key: Any, make: Callable[[], Any]) -> Any:
-    """Make something of a function once: it lives as long as the function, so that old code can be forgotten."""
+    """Make something of a function once: the kernel around it is kept with it."""
     store = inspect.unwrap(function).__dict__.setdefault("_muslin_kept", {})
     if key not in store:
         store[key] = make()

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any, Optional
+from typing import Annotated, Any
 
 import typer
 
@@ -29,24 +29,16 @@ app.add_typer(reference_app, name="reference")
 INTERRUPTED = 130
 
 Functions = Annotated[
-    Optional[Path],  # noqa: UP045  (typer evaluates this at run time on Python 3.10)
+    Path | None,
     typer.Option(
         "--functions", help="Folder with the student functions to run. Default: Muslin's own element."
     ),
 ]
 Setting = Annotated[
-    Optional[list[str]],  # noqa: UP045
+    list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a scene parameter; may be repeated."),
 ]
-Out = Annotated[Optional[Path], typer.Option("--out", help="Where to write.")]  # noqa: UP045
-
-
-class Energy(str, Enum):
-    """Energies of the stretches."""
-
-    linearised = "linearised"
-    area = "area"
-    volumetric = "volumetric"
+Out = Annotated[Path | None, typer.Option("--out", help="Where to write.")]
 
 
 class Road(str, Enum):
@@ -82,14 +74,16 @@ def _main(
 @app.command()
 def simulate(
     scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")],
-    mesh: Annotated[Optional[Path], typer.Option(help="Another undeformed cloth.")] = None,  # noqa: UP045
+    mesh: Annotated[Path | None, typer.Option(help="Another undeformed cloth.")] = None,
     functions: Functions = None,
-    steps: Annotated[Optional[int], typer.Option(help="Time steps.")] = None,  # noqa: UP045
+    steps: Annotated[int | None, typer.Option(help="Time steps.")] = None,
     setting: Setting = None,
-    energy: Annotated[Energy, typer.Option(help="Energy of the stretches.")] = Energy.linearised,
+    energy: Annotated[
+        str, typer.Option(help="linearised (the student's), area, or volumetric.")
+    ] = "linearised",
     hessian: Annotated[Road, typer.Option(help="Road to the Hessian of student functions.")] = Road.closed,
     display: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(help="A finer mesh to carry along and show, undeformed like the cloth."),
     ] = None,
     out: Out = None,
@@ -101,7 +95,7 @@ def simulate(
     folder = out or Path("runs") / scene
     with _progress(f"simulating {scene}") as tick:
         run = simulation.simulate(
-            scene, functions=functions, steps=steps, mesh=mesh, energy=energy.value, hessian=hessian.value,
+            scene, functions=functions, steps=steps, mesh=mesh, energy=energy, hessian=hessian.value,
             display=display, out=folder, resume=resume, on_step=tick, **_settings(setting),
         )  # fmt: skip
     for notice in run.mesh.notices:
@@ -136,13 +130,13 @@ def scenes() -> None:
 def render(
     run: Annotated[Path, typer.Argument(help="A run, written by `muslin simulate`.")],
     out: Annotated[
-        Optional[Path],  # noqa: UP045
+        Path | None,
         typer.Option(help="Path of the pictures without ending. Default: RUN/<scene>."),
     ] = None,
     to: Annotated[str, typer.Option(help="Film: mp4, webp, gif, frames, or none.")] = "mp4",
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.good,
     size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "1280x720",
-    still: Annotated[Optional[float], typer.Option(help="Time of the still [s]. Default: the end.")] = None,  # noqa: UP045
+    still: Annotated[float | None, typer.Option(help="Time of the still [s]. Default: the scene's.")] = None,
     strain: Annotated[bool, typer.Option(help="Colour the cloth by its stretch, with a legend.")] = False,
     wireframe: Annotated[bool, typer.Option(help="Draw the triangles' edges.")] = False,
 ) -> None:
@@ -176,7 +170,7 @@ def export(
 
 @app.command()
 def check(
-    tasks: Annotated[Optional[list[str]], typer.Argument(help="Tasks to check. Default: all.")] = None,  # noqa: UP045
+    tasks: Annotated[list[str] | None, typer.Argument(help="Tasks to check. Default: all.")] = None,
     functions: Annotated[Path, typer.Option("--functions", help="Folder with the task files.")] = Path(),
 ) -> None:
     """Check student functions against the public reference data."""
@@ -241,7 +235,7 @@ def release(
 @reference_app.command("verify")
 def reference_verify(
     assignment: Annotated[str, typer.Argument(help="An assignment.")] = "cloth",
-    folder: Annotated[Optional[Path], typer.Option(help="Data to verify. Default: the public ones.")] = None,  # noqa: UP045
+    folder: Annotated[Path | None, typer.Option(help="Data to verify. Default: the public ones.")] = None,
 ) -> None:
     """Make the reference data again, from the energy alone, and compare."""
     from muslin.authoring import reference_data
@@ -258,8 +252,8 @@ def reference_verify(
 def reference_build(
     assignment: Annotated[str, typer.Argument(help="An assignment.")] = "cloth",
     out: Out = None,
-    seed: Annotated[Optional[str], typer.Option(help="Seed of the random cases.")] = None,  # noqa: UP045
-    cases: Annotated[Optional[int], typer.Option(help="Cases per task.")] = None,  # noqa: UP045
+    seed: Annotated[str | None, typer.Option(help="Seed of the random cases.")] = None,
+    cases: Annotated[int | None, typer.Option(help="Cases per task.")] = None,
 ) -> None:
     """Make reference data from the energy alone, by high-precision differentiation."""
     from muslin.authoring import reference_data

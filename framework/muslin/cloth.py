@@ -8,7 +8,7 @@ import numpy as np
 
 from muslin import runtime
 from muslin.errors import MuslinError
-from muslin.mesh import Mesh, area_and_normal
+from muslin.mesh import Mesh, area_and_normal, principal_stretches
 from muslin.tasks import Functions
 
 if TYPE_CHECKING:
@@ -114,7 +114,8 @@ class Cloth:
         )
         if x.shape != self.X.shape:
             raise MuslinError(f"Positions have shape {x.shape}; this cloth needs {self.X.shape}.")
-        self.element.update(x)
+        runtime.start()  # should somebody else have restarted Taichi
+        self.element.update(x.copy())
 
     def energy_here(self) -> float:
         """Elastic energy [J]."""
@@ -161,10 +162,7 @@ class Cloth:
 
     def stretches(self, x: np.ndarray) -> np.ndarray:
         """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""
-        edges = [x[self.triangles[:, k]] - x[self.triangles[:, 0]] for k in (1, 2)]
-        rest = [self.X[self.triangles[:, k]] - self.X[self.triangles[:, 0]] for k in (1, 2)]
-        C = np.stack(edges, axis=-1) @ np.linalg.pinv(np.stack(rest, axis=-1))
-        return np.linalg.svd(C, compute_uv=False)[:, :2]
+        return principal_stretches(self.X, x, self.triangles)
 
 
 def _check_parameters(mu: float, lam: float, rho: float, h: float, energy: str, hessian: str) -> None:

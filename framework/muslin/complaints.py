@@ -6,13 +6,14 @@ last line of *their* file, the expression in it, what is wrong, and, for common 
 
 from __future__ import annotations
 
+import functools
 import inspect
 import re
 from collections.abc import Callable
 from typing import Any
 
 from muslin import paths
-from muslin.errors import MuslinError, StudentCodeError
+from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
 
 #: Pattern in "offending source line, newline, message" -> what to do. The first that matches is given.
 ADVICE: tuple[tuple[str, str], ...] = (
@@ -28,7 +29,29 @@ ADVICE: tuple[tuple[str, str], ...] = (
         r"matmul|dimension mismatch",
         "Look at the shapes: a (n, k) matrix takes a (k,) vector or a (k, m) matrix.",
     ),
-    (r"Unsupported node \"?Raise", "A Taichi function cannot raise."),
+    (
+        r"Unsupported node",
+        "That part of Python does not run inside a Taichi function: plain formulas, if and for do.",
+    ),
+    (
+        r"dt->is<PrimitiveType>",
+        "Vectors cannot stand in ti.Matrix([...]): use ti.Matrix.rows([...]) or ti.Matrix.cols.",
+    ),
+    (r"get_num_elements", "The rows of a matrix must be equally long."),
+    (
+        r"List indices must be integers",
+        "A Python list needs a number known in advance: use if, or ti.static(range(3)).",
+    ),
+    (r"number of targets", "Return as many values as the task asks for, separated by commas."),
+    (r"inspect._empty", "It is called with the wrong number of arguments."),
+    (r"<class 'function'>", "A method lacks its brackets: m.norm(), F.transpose()."),
+    (r"[Mm]ake_matrix\(\) takes", "ti.Vector and ti.Matrix take one list: ti.Vector([a, b, c])."),
+    (
+        r"'Expr' object has no attribute '__name__'",
+        "An argument hides the function of that name: it is a vector here.",
+    ),
+    (r"TypedConstant", "None and other Python objects are not numbers."),
+    (r"\^(?! *\^)[^\^\n]*\n.*unsupported operand", "Power is ** in Python."),
     (r"has no attribute '(x0|x1|x2|X)'", "Vectors have no such part: v[0], v[1], v[2] are the components."),
     (
         r"unsupported operand",
@@ -58,9 +81,13 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
         found = found.__cause__ or found.__context__
     name = getattr(function, "__name__", "function")
     source = inspect.getsourcefile(inspect.unwrap(function)) or ""
-    text = str(error).strip()
+    text = re.sub(r" \(version \d+\)(?=\")", "", str(error).strip())
+    source = re.sub(r" \(version \d+\)$", "", source)
     where, snippet = _last_place(text, source)
     message = _message(text)
+    if "NotImplementedError" in snippet:
+        stub = re.findall(r"in (\w+):", text)[-1]
+        return NotImplementedYet(f"not implemented yet: {stub}, which {name} calls ({where})")
     if len(re.findall(rf"in {re.escape(name)}:", text)) > 20 or "maximum recursion depth" in text:
         return StudentCodeError(
             f"{where}: {name} calls itself, and a Taichi function cannot.", "Write a loop."
@@ -90,3 +117,24 @@ def _message(text: str) -> str:
     last = re.sub(r"'?\[Tensor \((\d+), (\d+)\) \w+\]'?", r"a \1x\2 matrix", last)
     last = re.sub(r"'?\[Tensor \((\d+)\) \w+\]'?", r"a vector of \1", last)
     return last.replace("module 'taichi.lang.matrix_ops'", "a vector or matrix").rstrip(".?") + "."
+
+
+def refuse_bad_indices(ti: Any) -> None:
+    """Make Taichi name a constant index that is out of range.
+
+    Its compiler does not look: it reads a neighbour or aborts the whole process. Called once, when Taichi starts.
+    """
+    original = ti.lang.impl.subscript
+
+    @functools.wraps(original)
+    def subscript(builder: Any, value: Any, *indices: Any, **options: Any) -> Any:
+        if isinstance(value, ti.lang.expr.Expr) and value.is_tensor():
+            shape = value.get_shape()
+            for index, size in zip(indices, shape, strict=False):
+                if isinstance(index, int) and not 0 <= index < size:
+                    what = f"a vector of {shape[0]}" if len(shape) == 1 else f"a {shape[0]}x{shape[1]} matrix"
+                    raise IndexError(f"{index} is not an index of {what}: they run from 0 to {size - 1}")
+        return original(builder, value, *indices, **options)
+
+    if not hasattr(original, "__wrapped__"):
+        ti.lang.impl.subscript = subscript

@@ -23,7 +23,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from muslin import paths
+from muslin import paths, runtime
 
 OLDEST, NEWEST = (3, 10), (3, 13)  # Python versions with a Taichi wheel that Muslin supports
 GIBIBYTE = 1 << 30
@@ -253,7 +253,7 @@ def packages() -> Finding:
 
 def hardware() -> list[Finding]:
     """Cores and memory this process may use."""
-    cores = usable_cores()
+    cores = runtime.usable_cores()
     memory, free = _memory()
     found = [Finding("cores", True, f"{cores} usable of {os.cpu_count() or '?'}")]
     if memory is None:
@@ -272,17 +272,6 @@ def hardware() -> list[Finding]:
             )
         )
     return found
-
-
-def usable_cores() -> int:
-    """Cores this process may run on; a container may be allowed fewer than the machine has."""
-    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
-    try:
-        quota, period = Path("/sys/fs/cgroup/cpu.max").read_text().split()
-        cores = min(cores, max(1, round(int(quota) / int(period))))
-    except (OSError, ValueError):  # no limit
-        pass
-    return cores
 
 
 def _memory() -> tuple[int | None, int | None]:
@@ -395,8 +384,6 @@ def probe() -> None:
         version = ".".join(map(str, version)) if isinstance(version, tuple) else str(version)
         tell(version=version, import_s=time.perf_counter() - start)
         tell(cache=str(ti.lang.impl.default_cfg().offline_cache_file_path))
-
-        from muslin import runtime
 
         start = time.perf_counter()
         runtime.start(threads=2)

@@ -126,3 +126,13 @@ def dsvd(U, s, V, i, j):
         W[m, k] = -W[k, m]
         Z[m, k] = -Z[k, m]
     return U @ W, ds, V @ Z
+
+
+#: What the given functions take and return, for `muslin.evaluate`: kinds as in `muslin.tasks.KINDS`.
+KINDS = {
+    "diag": (("vec3",), ("mat3",)),
+    "tangents": (("vec3",), ("vec3", "vec3")),
+    "svd": (("mat3", "vec3"), ("mat3", "vec3", "mat3")),
+    "split": (("vec3",), ("vec3",)),
+    "dsvd": (("mat3", "vec3", "mat3", "int", "int"), ("mat3", "vec3", "mat3")),
+}

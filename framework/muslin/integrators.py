@@ -83,22 +83,24 @@ class Model:
         held = np.zeros((n, 3), dtype=bool)
         held[self.held] = True
         pattern = self.cloth.pattern
-        self.system = FreeSystem(pattern.indptr, pattern.indices, held.ravel(), self.solver)
+        self.system = FreeSystem(
+            pattern.indptr, pattern.indices, held.ravel(), self.solver, definite=self.project
+        )
         self.weight = (self.cloth.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
 
-    def external_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Gravity, wind and drag spring, (n, 3) [N]."""
+    def conservative_force(self, x: np.ndarray) -> np.ndarray:
+        """Gravity and drag spring, minus the gradient of `potential`, (n, 3) [N]."""
         f = self.weight.copy()
-        if self.drag:
-            f += self._wind_force(x, v)
         if self.spring:
             f[self.spring.vertex] += self.spring.stiffness * (
                 np.asarray(self.spring.target) - x[self.spring.vertex]
             )
         return f
 
-    def _wind_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Pressure drag along each triangle's normal, a third to each corner."""
+    def wind_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Pressure drag along each triangle's normal, a third to each corner, (n, 3) [N]."""
+        if not self.drag:
+            return np.zeros_like(x)
         t = self.cloth.triangles
         doubled = np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]])
         relative = np.asarray(self.wind) - v[t].mean(axis=1)
@@ -132,7 +134,8 @@ class Model:
     def contacts(self, state: State, dt: float) -> list[Contacts]:
         """Contacts of the free vertices, for a step of dt [s]."""
         found = [
-            detect(collider, state.x, dt, self.cloth.functions) for collider in self.colliders(state.time)
+            detect(collider, state.x, state.v, dt, self.cloth.functions)
+            for collider in self.colliders(state.time)
         ]
         if len(self.held) == 0:
             return found
@@ -145,7 +148,7 @@ class Model:
 def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
     """One step of linearly implicit Euler.  The cloth must have been updated to `state.x`."""
     contacts = model.contacts(state, dt)
-    f = model.external_force(state.x, state.v) - model.cloth.gradient_here()
+    f = model.conservative_force(state.x) + model.wind_force(state.x, state.v) - model.cloth.gradient_here()
     b = model.cloth.mass @ state.v.ravel() + dt * f.ravel()
     v = model.system.solve(model.system_matrix(dt), b, model.known_velocity(state.time, dt)).reshape(-1, 3)
     return _finish(model, state, v, contacts, dt)
@@ -170,11 +173,7 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
     """
     cloth, system = model.cloth, model.system
     contacts = model.contacts(state, dt)
-    air = (
-        model.external_force(state.x, state.v) - model.external_force(state.x, 0 * state.v)
-        if model.drag
-        else 0.0
-    )
+    air = model.wind_force(state.x, state.v)
     known = model.known_velocity(state.time, dt)
     start = np.where(system.held, known, state.v.ravel())
     free = ~system.held
@@ -183,14 +182,20 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
         x = state.x + dt * v.reshape(-1, 3)
         cloth.update(x)
         dv = v - state.v.ravel()
-        drag = float(np.sum(air * x)) if model.drag else 0.0
-        return 0.5 * float(dv @ (cloth.mass @ dv)) + cloth.energy_here() + model.potential(x) - drag
+        work = float(np.sum(air * (x - state.x)))
+        return 0.5 * float(dv @ (cloth.mass @ dv)) + cloth.energy_here() + model.potential(x) - work
+
+    def attempt(v: np.ndarray) -> float:
+        try:
+            return objective(v)
+        except SimulationError:  # a step so long that a triangle collapsed: too long
+            return np.inf
 
     def residual(v: np.ndarray) -> tuple[np.ndarray, float]:
         x = state.x + dt * v.reshape(-1, 3)
         momentum = cloth.mass @ (v - state.v.ravel())
         elastic = dt * cloth.gradient_here().ravel()
-        external = dt * (model.external_force(x, 0 * state.v) + air).ravel()
+        external = dt * (model.conservative_force(x) + air).ravel()
         parts = (momentum, elastic, external, cloth.mass @ v)
         return momentum + elastic - external, max(float(np.linalg.norm(part[free])) for part in parts)
 
@@ -208,12 +213,12 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
         if size <= model.tolerance * scale:
             return _finish(model, state, v.reshape(-1, 3), contacts, dt)
         A = model.system_matrix(dt)
-        if size <= 1e-5 * scale and size <= rounding_error(A, state.x + dt * v.reshape(-1, 3)):
+        if size <= rounding_error(A, state.x + dt * v.reshape(-1, 3)):
             return _finish(model, state, v.reshape(-1, 3), contacts, dt)
         step = system.solve(A, -r, np.zeros_like(r))
         slope = float(r @ step)
-        length, trial = 1.0, objective(v + step)
-        rounding = 1e-14 * (abs(phi) + abs(trial))
+        length, trial = 1.0, attempt(v + step)
+        rounding = 1e-14 * (abs(phi) + abs(trial)) if np.isfinite(trial) else 0.0
         while not trial <= phi + 1e-4 * length * slope + rounding:
             length /= 2
             if length < 1e-10:
@@ -221,7 +226,7 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
                     f"Newton's line search found no descent (residual {size / scale:.1e} of its scale).",
                     "Reduce dt, or check force and Hessian against each other.",
                 )
-            trial = objective(v + length * step)
+            trial = attempt(v + length * step)
         v, phi = v + length * step, trial
     raise SimulationError(
         f"Newton's method did not converge in {NEWTON_ITERATIONS} iterations: "

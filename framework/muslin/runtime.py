@@ -9,13 +9,17 @@ from __future__ import annotations
 import contextlib
 import io
 import os
+import threading
 import warnings
+from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from muslin import complaints
 from muslin.errors import MuslinError
 
 _started: dict[str, Any] = {}
+_lock = threading.RLock()
 
 
 def taichi() -> ModuleType:
@@ -41,33 +45,52 @@ def taichi() -> ModuleType:
     return ti
 
 
-def start(threads: int | None = None, arch: str = "cpu", precision: str = "f64") -> ModuleType:
-    """Start Taichi if it is not running yet; later calls only check that they ask for the same.
+def start(threads: int | None = None) -> ModuleType:
+    """Start Taichi if it is not running as Muslin needs it; otherwise do nothing.
+
+    If somebody else has called `ti.init` in the meantime, Taichi is started anew: what they made is lost, and
+    a warning says so.
 
     Parameters
     ----------
     threads : int, optional
-        CPU threads; default `$MUSLIN_THREADS`, else all cores.
-    arch : {"cpu", "cuda", "vulkan", "metal"}
-        Where kernels run.
-    precision : {"f64", "f32"}
-        Floating-point type of kernels.
+        CPU threads; default `$MUSLIN_THREADS`, else all cores this process may use.
 
     Returns
     -------
     module
         The `taichi` module, started.
+
+    Raises
+    ------
+    MuslinError
+        If Taichi already runs with another number of threads, or in the parent of this forked process.
     """
     ti = taichi()
-    if not _started or _lost(ti):
-        threads = threads or int(os.environ.get("MUSLIN_THREADS", "0")) or os.cpu_count() or 1
+    with _lock:
+        program = ti.lang.impl.get_runtime().prog
+        if program is not None and program is _started.get("program"):
+            if _started["process"] != os.getpid():
+                raise MuslinError(
+                    "Taichi was started before this process was forked, and does not survive that.",
+                    'Start processes with multiprocessing.get_context("spawn").',
+                )
+            if threads and threads != _started["threads"]:
+                raise MuslinError(
+                    f"Taichi already runs with {_started['threads']} threads and cannot change to {threads}.",
+                    "Call muslin.runtime.start(threads=...) before anything else, or set MUSLIN_THREADS.",
+                )
+            return ti
+        if program is not None:
+            warnings.warn("Muslin restarts Taichi: fields made after another ti.init are lost.", stacklevel=2)
+        threads = threads or _wanted_threads()
         warnings.filterwarnings(
             "ignore", message=".*Calling non-taichi function"
         )  # `complaints` says it better
         with contextlib.redirect_stdout(io.StringIO()):  # "Starting on arch=..."
             ti.init(
-                arch=getattr(ti, arch),
-                default_fp=getattr(ti, precision),
+                arch=ti.cpu,
+                default_fp=ti.f64,
                 default_ip=ti.i32,
                 fast_math=False,
                 cpu_max_num_threads=threads,
@@ -75,19 +98,27 @@ def start(threads: int | None = None, arch: str = "cpu", precision: str = "f64")
                 offline_cache=True,
                 verbose=False,
             )
-        _started.update(threads=threads, arch=arch, precision=precision, program=_program(ti))
-    elif threads and threads != _started["threads"]:
-        raise MuslinError(
-            f"Taichi already runs with {_started['threads']} threads and cannot change to {threads}.",
-            "Call muslin.runtime.start(threads=...) before anything else, or set MUSLIN_THREADS.",
-        )
+        complaints.refuse_bad_indices(ti)
+        program = ti.lang.impl.get_runtime().prog
+        _started.update(threads=threads, program=program, process=os.getpid())
     return ti
 
 
-def _program(ti: ModuleType) -> Any:
-    return ti.lang.impl.get_runtime().prog
+def _wanted_threads() -> int:
+    text = os.environ.get("MUSLIN_THREADS", "")
+    if not text:
+        return usable_cores()
+    if not text.isdigit() or int(text) < 1:
+        raise MuslinError(f"MUSLIN_THREADS={text!r} is not a number of threads.")
+    return int(text)
 
 
-def _lost(ti: ModuleType) -> bool:
-    """Whether somebody else called `ti.init` or `ti.reset` since we started."""
-    return _program(ti) is not _started["program"]
+def usable_cores() -> int:
+    """Cores this process may run on; a container may be allowed fewer than the machine has."""
+    cores = len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+    try:
+        quota, period = Path("/sys/fs/cgroup/cpu.max").read_text().split()
+        cores = min(cores, max(1, round(int(quota) / int(period))))
+    except (OSError, ValueError):  # no limit
+        pass
+    return cores

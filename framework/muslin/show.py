@@ -12,7 +12,7 @@ import numpy as np
 from muslin import paths, render
 from muslin.colliders import Capsule, Sphere
 from muslin.errors import MuslinError
-from muslin.mesh import area_and_normal
+from muslin.mesh import area_and_normal, principal_stretches
 from muslin.runs import RunFolder
 
 if TYPE_CHECKING:
@@ -127,9 +127,7 @@ class Show:
 
 def vertex_strain(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
     """Principal stretch furthest from 1, averaged by area onto vertices, (n,) [1]."""
-    edges = np.stack([x[triangles[:, k]] - x[triangles[:, 0]] for k in (1, 2)], axis=-1)
-    rest_edges = np.stack([rest[triangles[:, k]] - rest[triangles[:, 0]] for k in (1, 2)], axis=-1)
-    s = np.linalg.svd(edges @ np.linalg.pinv(rest_edges), compute_uv=False)[:, :2]
+    s = principal_stretches(rest, x, triangles)
     furthest = s[np.arange(len(s)), np.argmax(np.abs(s - 1), axis=1)]
     area, _ = area_and_normal(rest, triangles)
     corners = triangles.ravel()

@@ -34,15 +34,20 @@ class Solver(Protocol):
 
 
 class SuperLU:
-    """SciPy's SuperLU in symmetric mode with a minimum-degree ordering: no pivoting, no extra package."""
+    """SciPy's SuperLU in symmetric mode with a minimum-degree ordering: no extra package.
 
-    def __init__(self, indptr: np.ndarray, indices: np.ndarray):
-        self.indptr, self.indices = indptr, indices
+    A `definite` matrix needs no pivoting, which keeps the ordering's sparsity.
+    """
+
+    def __init__(self, indptr: np.ndarray, indices: np.ndarray, definite: bool = True):
+        self.indptr, self.indices, self.definite = indptr, indices, definite
 
     def factorise(self, data: np.ndarray) -> Factors:
-        """Factorise; falls back to pivoting if the matrix is not definite enough to do without."""
+        """Factorise, with pivoting where the matrix is not known to be definite."""
         k = len(self.indptr) - 1
         matrix = sp.csc_matrix((data, self.indices, self.indptr), shape=(k, k), copy=False)
+        if not self.definite:
+            return pivoted(matrix)
         try:
             return splu(
                 matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
@@ -70,7 +75,7 @@ def pivoted(matrix: sp.csc_matrix) -> Factors:
 class Cholmod:
     """CHOLMOD's supernodal Cholesky factorisation, analysed once (cvxopt)."""
 
-    def __init__(self, indptr: np.ndarray, indices: np.ndarray):
+    def __init__(self, indptr: np.ndarray, indices: np.ndarray, definite: bool = True):
         from cvxopt import cholmod, matrix, spmatrix
 
         self.indptr, self.indices = indptr, indices
@@ -101,7 +106,10 @@ class Cholmod:
         return np.array(y).ravel()
 
 
-SOLVERS: Mapping[str, Callable[[np.ndarray, np.ndarray], Solver]] = {"cholmod": Cholmod, "superlu": SuperLU}
+SOLVERS: Mapping[str, Callable[[np.ndarray, np.ndarray, bool], Solver]] = {
+    "cholmod": Cholmod,
+    "superlu": SuperLU,
+}
 
 
 def choose(name: str = "auto") -> str:
@@ -136,9 +144,18 @@ class FreeSystem:
         Which unknowns are held.
     solver : str
         "auto", "cholmod" or "superlu".
+    definite : bool
+        Whether the matrices will be positive definite.
     """
 
-    def __init__(self, indptr: np.ndarray, indices: np.ndarray, held: np.ndarray, solver: str = "auto"):
+    def __init__(
+        self,
+        indptr: np.ndarray,
+        indices: np.ndarray,
+        held: np.ndarray,
+        solver: str = "auto",
+        definite: bool = True,
+    ):
         self.indptr, self.indices, self.held = indptr, indices, held
         self.free = np.flatnonzero(~held)
         k = len(held)
@@ -148,7 +165,7 @@ class FreeSystem:
         free_indices = number[indices[self._kept]].astype(np.int32)
         counts = np.bincount(number[rows[self._kept]], minlength=len(self.free))
         free_indptr = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        self.solver = SOLVERS[choose(solver)](free_indptr, free_indices) if len(self.free) else None
+        self.solver = SOLVERS[choose(solver)](free_indptr, free_indices, definite) if len(self.free) else None
 
     def solve(self, data: np.ndarray, b: np.ndarray, known: np.ndarray) -> np.ndarray:
         """Solve A y = b for the free unknowns, the held ones being `known`.

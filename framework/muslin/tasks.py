@@ -9,8 +9,9 @@ from __future__ import annotations
 
 import ast
 import contextlib
-import importlib.util
 import inspect
+import itertools
+import linecache
 import re
 import sys
 import textwrap
@@ -202,6 +203,11 @@ def load(folder: Path | str, assignment_name: str = "cloth") -> Functions:
             f"There is no folder {paths.shown(folder)}.", "Name a folder with the assignment's files."
         )
     table = assignment(assignment_name)
+    if not any((folder / file).exists() for file in table.files):
+        raise MuslinError(
+            f"There are no task files in {paths.shown(folder)}.",
+            f"Go to the folder with {table.files[0]}, or name it with --functions.",
+        )
     modules = {file: _import(folder / file) for file in table.files}
     return Functions(
         folder, table, {task.name: _find(task, modules[task.file], folder) for task in table.tasks.values()}
@@ -226,25 +232,52 @@ def _import(path: Path) -> ModuleType | MuslinError:
     if not path.is_file():
         return StudentCodeError(f"{where} is missing.", "Copy it back from the assignment.")
     runtime.taichi()
-    name = f"muslin_student_{path.stem}_{abs(hash(str(path.resolve()))):x}"
-    spec = importlib.util.spec_from_file_location(name, path)
-    assert spec is not None
-    assert spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
     try:
+        source = path.read_text(encoding="utf-8-sig")
+        filename = _remembered(path, source)
+        module = ModuleType(f"muslin_student_{path.stem}")
+        module.__file__ = filename
         with _taichi_locked(where):
-            spec.loader.exec_module(module)
+            exec(compile(source, filename, "exec", dont_inherit=True), module.__dict__)
     except MuslinError as error:
         return error
-    except SyntaxError as error:
-        return StudentCodeError(f"{where}, line {error.lineno}: Python cannot read this: {error.msg}.")
     except UnicodeDecodeError:
         return StudentCodeError(f"{where} is not UTF-8 text.", "Save it as UTF-8.")
+    except OSError as error:
+        return StudentCodeError(f"{where} cannot be read: {error.strerror}.")
+    except SyntaxError as error:
+        if error.lineno is None:  # Taichi's own, on decorating
+            return StudentCodeError(
+                f"{where}: {error}", 'Write "@ti.func" above each task, not "@ti.kernel".'
+            )
+        return StudentCodeError(f"{where}, line {error.lineno}: Python cannot read this: {error.msg}.")
     except (Exception, SystemExit) as error:
+        if "missing 1 required positional argument: 'fn'" in str(error):
+            return StudentCodeError(f'{_line_of(error, path)}: write "@ti.func" without brackets.')
         return StudentCodeError(
             f"{_line_of(error, path)}: importing the file fails: {type(error).__name__}: {error}."
         )
     return module
+
+
+#: Marks later versions of a file in the name its code goes by.
+_VERSION = " (version "
+
+_versions = itertools.count(2)
+
+
+def _remembered(path: Path, source: str) -> str:
+    """Name under which Python and Taichi find this source again, whatever happens to the file.
+
+    Taichi reads a function's source when it first compiles it, perhaps long after the file was loaded: each
+    version of a file keeps its own. Nothing is read from or written to `__pycache__`.
+    """
+    filename = str(path)
+    known = linecache.cache.get(filename)
+    if known is not None and "".join(known[2]) != source:  # type: ignore[misc]
+        filename = f"{filename}{_VERSION}{next(_versions)})"
+    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    return filename
 
 
 @contextlib.contextmanager
@@ -269,7 +302,8 @@ def _taichi_locked(where: str) -> Iterator[None]:
 
 def _line_of(error: BaseException, path: Path) -> str:
     """`file, line n`: the last line of the student's file that an error passed through."""
-    lines = [f.lineno for f in traceback.extract_tb(error.__traceback__) if Path(f.filename) == path]
+    frames = traceback.extract_tb(error.__traceback__)
+    lines = [f.lineno for f in frames if f.filename.split(_VERSION)[0] == str(path)]
     return f"{paths.shown(path)}, line {lines[-1]}" if lines else paths.shown(path)
 
 

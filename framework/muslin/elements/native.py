@@ -10,10 +10,14 @@ import taichi as ti
 
 from muslin.elements.arrays import index3, mat3s, scalars, vec3s
 from muslin.elements.modes import block, clamp_stretch
+from muslin.errors import MuslinError
 from muslin.given import tangents
 
 #: Stretches and areas below this count as collapsed: what divides by them stays finite.
 FLOOR = 1e-6
+
+#: What lam weighs: (s_0 + s_1 - 2)^2 / 2 and (s_0 s_1 - 1)^2 / 2.
+TERMS = {"linearised": (1.0, 0.0), "area": (0.0, 1.0), "volumetric": (0.0, 1.0)}
 
 
 class NativeElement:
@@ -45,7 +49,11 @@ class NativeElement:
         self.triangles = triangles
         self.weight = h * area
         self.mu = mu
-        self.lam_trace, self.lam_area = (lam, 0.0) if energy == "linearised" else (0.0, lam)
+        if energy not in TERMS:
+            raise MuslinError(
+                f"The native element does not have the energy {energy!r}.", "Run with functions."
+            )
+        self.lam_trace, self.lam_area = (lam * share for share in TERMS[energy])
         self.g0 = np.empty(
             (3 * len(triangles), 3)
         )  # gradient of each corner's phi in the plane; third entry unused

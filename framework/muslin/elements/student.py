@@ -65,6 +65,19 @@ class StudentElement:
         if not np.isfinite(result).all():
             self._complain(name, result)
 
+    def _require_triangles(self, x: np.ndarray) -> None:
+        """Refuse positions no deformation gradient exists for, before a student's function is blamed for it."""
+        if not np.isfinite(x).all():
+            raise SimulationError("A position is not a number.", "Reduce dt, or check force and Hessian.")
+        a, b, c = (x[self.triangles[:, k]] for k in range(3))
+        flat = np.flatnonzero((np.cross(b - a, c - a) ** 2).sum(axis=1) == 0)
+        if len(flat):
+            corners = ", ".join(map(str, self.triangles[flat[0]]))
+            raise SimulationError(
+                f"Triangle {flat[0]} (vertices {corners}) has collapsed and has no normal.",
+                "Reduce dt, or look at how the scene starts.",
+            )
+
     def _complain(self, name: str, result: np.ndarray) -> None:
         bad = ~np.isfinite(result).reshape(len(result), -1).all(axis=1)
         e = int(np.flatnonzero(bad)[0]) * len(self.triangles) // len(result)
@@ -78,6 +91,7 @@ class StudentElement:
         """Take new positions (n, 3): deformation gradients and their singular value decompositions."""
         m = len(self.triangles)
         self.x = x
+        self._require_triangles(x)
         self.F, self.U, self.V, self.s = (
             np.empty((m, 3, 3)),
             np.empty((m, 3, 3)),
@@ -86,6 +100,14 @@ class StudentElement:
         )
         self._launch("deformation_gradient", x, self.triangles, self.dphi, self.normal, self.F)
         _svd(self.F, self.normal, self.U, self.s, self.V)
+        self._stress: np.ndarray | None = None
+
+    def _dpsi_ds(self) -> np.ndarray:
+        """Gradient of psi in the stretches here, (m, 3) [Pa]: gradient and Hessian both need it."""
+        if self._stress is None:
+            self._stress = np.empty_like(self.s)
+            self._launch("dpsi_ds", self.s, self.mu, self.lam, self._stress)
+        return self._stress
 
     def energies(self) -> np.ndarray:
         """Potential energy of each triangle, (m,) [J]."""
@@ -95,9 +117,8 @@ class StudentElement:
 
     def gradients(self) -> np.ndarray:
         """Gradient of each triangle's energy in its corners, (3 m, 3) [N]."""
-        p, P, out = np.empty_like(self.s), np.empty_like(self.F), np.empty((3 * len(self.s), 3))
-        self._launch("dpsi_ds", self.s, self.mu, self.lam, p)
-        self._launch("dpsi_dF", self.U, p, self.V, P)
+        P, out = np.empty_like(self.F), np.empty((3 * len(self.s), 3))
+        self._launch("dpsi_dF", self.U, self._dpsi_ds(), self.V, P)
         self._launch("nodal_force", P, self.dphi, self.area, self.h, out)
         np.negative(out, out=out)
         return out
@@ -108,11 +129,9 @@ class StudentElement:
 
     def _closed(self, project: bool) -> np.ndarray:
         m = len(self.s)
-        p, H, modes = np.empty_like(self.s), np.empty_like(self.F), np.empty((m, 4))
-        out = np.empty((9 * m, 3, 3))
-        self._launch("dpsi_ds", self.s, self.mu, self.lam, p)
+        H, modes, out = np.empty_like(self.F), np.empty((m, 4)), np.empty((9 * m, 3, 3))
         self._launch("d2psi_ds2", self.s, self.mu, self.lam, H)
-        self._launch("eigensystem", self.s, p, H, modes)
+        self._launch("eigensystem", self.s, self._dpsi_ds(), H, modes)
         _closed_blocks(self.U, self.V, H, modes, self.dphi, self.area, self.h, int(project), out)
         return out
 

@@ -18,7 +18,15 @@ is refused with a `MeshError` that names the file, the line or element, how many
 
 from muslin.mesh.files import load, save
 from muslin.mesh.shapes import grid, sector, unstructured
-from muslin.mesh.surface import Mesh, area_and_normal, boundary, check, edges, vertex_normals
+from muslin.mesh.surface import (
+    Mesh,
+    area_and_normal,
+    boundary,
+    check,
+    edges,
+    principal_stretches,
+    vertex_normals,
+)
 
 __all__ = [
     "Mesh",
@@ -28,6 +36,7 @@ __all__ = [
     "edges",
     "grid",
     "load",
+    "principal_stretches",
     "save",
     "sector",
     "unstructured",

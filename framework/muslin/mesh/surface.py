@@ -223,3 +223,17 @@ def _indices(values: Any, title: str) -> np.ndarray:
 
 def _reason(error: Exception) -> str:
     return " ".join(str(error).split())[:150] or type(error).__name__
+
+
+def principal_stretches(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Singular values of each triangle's deformation gradient in its plane, (m, 2), larger first.
+
+    Parameters
+    ----------
+    rest, x : (n, 3)
+        Undeformed and deformed positions [m].
+    triangles : (m, 3) int
+    """
+    edges = np.stack([x[triangles[:, k]] - x[triangles[:, 0]] for k in (1, 2)], axis=-1)
+    rest_edges = np.stack([rest[triangles[:, k]] - rest[triangles[:, 0]] for k in (1, 2)], axis=-1)
+    return np.linalg.svd(edges @ np.linalg.pinv(rest_edges), compute_uv=False)[:, :2]
