@@ -144,7 +144,7 @@ def test_an_unbuffered_interrupt_leaves_a_usable_run(tmp_path):
     )  # fmt: skip
     try:
         for _ in range(1200):
-            if (run / "frames" / "00003.npy").is_file():
+            if (run / "frames" / "000012.npy").is_file():
                 break
             assert process.poll() is None
             __import__("time").sleep(0.05)

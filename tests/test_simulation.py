@@ -198,7 +198,7 @@ def test_an_interrupted_run_is_usable_and_resumes_to_the_same_end(tmp_path):
     whole = muslin.simulate("throw", steps=30, out=tmp_path / "whole")
     np.testing.assert_array_equal(resumed.x, whole.x)
     np.testing.assert_array_equal(resumed.energies, whole.energies)
-    for name in ("energies.csv", *(f"frames/{k:05d}.npy" for k in range(7))):
+    for name in ("energies.csv", *(f"frames/{k:06d}.npy" for k in range(0, 31, 5))):
         assert (tmp_path / "run" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
 
 
@@ -217,8 +217,8 @@ def test_a_run_never_overwrites_what_is_not_a_run(tmp_path):
 
 
 @pytest.mark.filterwarnings("ignore")
-def test_an_explosion_is_reported_with_step_and_vertex(tmp_path):
-    with pytest.raises(SimulationError, match=r"blew up at step \d+: vertex \d+"):
+def test_an_explosion_is_reported_with_its_step(tmp_path):
+    with pytest.raises(SimulationError, match=r"exploded at step \d+"):
         muslin.simulate("hang", resolution=8, start_velocity=(1e300, 0, 0), steps=20, out=tmp_path / "run")
     assert len(RunFolder(tmp_path / "run").frames) >= 1
 
@@ -320,3 +320,149 @@ def test_solvers_solve_to_rounding(solver):
     shifted = (A - 0.5 * sp.diags(A.diagonal())).tocsr()
     y = FreeSystem(shifted.indptr, shifted.indices, held & False, solver).solve(shifted.data, b, known)
     np.testing.assert_allclose(shifted @ y, b, atol=1e-7 * np.abs(y).max())
+
+
+def test_a_run_resumed_for_longer_is_the_run_made_in_one_go(tmp_path):
+    muslin.simulate("throw", steps=12, out=tmp_path / "run")
+    longer = muslin.simulate("throw", steps=20, out=tmp_path / "run", resume=True)
+    whole = muslin.simulate("throw", steps=20, out=tmp_path / "whole")
+    np.testing.assert_array_equal(longer.x, whole.x)
+    np.testing.assert_array_equal(RunFolder(tmp_path / "run").times, RunFolder(tmp_path / "whole").times)
+    assert RunFolder(tmp_path / "run").scene == RunFolder(tmp_path / "whole").scene
+    for changed in ({"gravity": (0, 0, 0)}, {"hessian": "lecture"}, {"display": "fine.obj"}):
+        with pytest.raises(MuslinError, match="cannot change"):
+            muslin.simulate("throw", out=tmp_path / "run", resume=True, **changed)
+
+
+def test_a_mistake_does_not_cost_the_last_run(tmp_path):
+    muslin.simulate("throw", steps=10, out=tmp_path)
+    for wrong in (
+        {"integrator": "guess"},
+        {"display": "nowhere.obj"},
+        {"functions": ROOT / "assignments" / "cloth"},
+    ):
+        with pytest.raises(MuslinError):
+            muslin.simulate("throw", steps=10, out=tmp_path, **wrong)
+    assert len(RunFolder(tmp_path).frames) == 3
+
+
+@pytest.mark.parametrize(
+    "damage", ["run.json", "mesh.npz", "energies.csv", "frames/000005.npy", "checkpoint.npz"]
+)
+@pytest.mark.parametrize("content", [None, b"", b"{}", b"\x93NUMPY junk"])
+def test_a_damaged_run_is_refused_in_one_sentence(damage, content, tmp_path):
+    muslin.simulate("course", steps=5, out=tmp_path)
+    (tmp_path / damage).unlink()
+    if content is not None:
+        (tmp_path / damage).write_bytes(content)
+
+    def read_everything():
+        run = RunFolder(tmp_path)
+        run.checkpoint()
+        assert [len(frame) for frame in run.frames] == [400, 400]
+        assert len(run.energies) == 6
+
+    with pytest.raises((MuslinError, AssertionError)) as caught:
+        read_everything()
+    assert "\n" not in str(caught.value).split("assert")[0]
+
+
+def test_wind_pushes_a_sheet_with_the_drag_of_its_area():
+    """A unit square across a wind of speed u feels drag/2 u^2 along its normal; along the wind it feels nothing."""
+    model, state = simulation.build(scenes.get("hang", resolution=5, tilt=90, wind=(0, 0, 3), drag=2.0))
+    force = model.wind_force(state.x, state.v)
+    np.testing.assert_allclose(np.abs(force.sum(axis=0)), [0, 0, 2.0 / 2 * 9 * 1.0], atol=1e-12)
+    assert force.sum(axis=0)[2] > 0
+    model.wind = (4.0, 1.0, 0.0)
+    np.testing.assert_allclose(model.wind_force(state.x, state.v), 0, atol=1e-12)
+
+
+@pytest.mark.parametrize("scene", ["hang", "cape"])
+def test_backward_euler_finds_its_minimum_in_the_wind(scene):
+    run = muslin.simulate(scene, integrator="backward-euler", steps=5, wind=(3, 1, 2), drag=5.0, resolution=9)
+    assert np.isfinite(run.x).all()
+
+
+def test_without_gravity_a_cloth_at_rest_stays_at_rest(solution):
+    for integrator in ("linearly-implicit", "backward-euler"):
+        run = muslin.simulate(
+            "hang", functions=solution, gravity=(0, 0, 0), steps=3, resolution=9, integrator=integrator
+        )
+        np.testing.assert_allclose(run.x, run.x0, atol=1e-10)
+
+
+def test_a_line_search_keeps_newton_on_the_way_down():
+    """A cloth flung at a hundred metres per second: the full first Newton step would go up."""
+    run = muslin.simulate(
+        "hang",
+        integrator="backward-euler",
+        steps=2,
+        resolution=9,
+        start_velocity=(0, 100, 100),
+        gravity=(0, 0, 0),
+    )
+    total = run.energies.kinetic + run.energies.elastic
+    assert (np.diff(total) <= 1e-9 * total[0]).all()
+
+
+def test_a_moving_sphere_pushes_with_its_own_velocity():
+    run = muslin.simulate(
+        "drape",
+        resolution=20,
+        steps=60,
+        gravity=(0, 0, 0),
+        start_at=(0, 0.31, 0),
+        sphere_velocity=(0, 1.0, 0),
+    )
+    assert run.energies.approach.min() >= -1e-12
+    assert run.energies.contacts.max() > 0
+    assert run.x[:, 1].max() > 0.5
+    assert run.energies.penetration.max() < 0.02
+
+
+def test_a_capsule_is_a_segment_with_a_radius():
+    from muslin.colliders import Capsule, approach, depth, detect, respond
+
+    capsule = Capsule((0, 0, 0), (1, 0, 0), 0.5, velocity_a=(0, 0, 0), velocity_b=(0, 2, 0))
+    x = np.array([[0.5, 0.4, 0], [-0.3, 0, 0], [1.6, 0, 0], [0.5, 0, 0.6]])
+    found = detect(capsule, x, np.zeros_like(x), 0.01)
+    assert found.vertices.tolist() == [0, 1]
+    np.testing.assert_allclose(found.normals, [[0, 1, 0], [-1, 0, 0]], atol=1e-12)
+    np.testing.assert_allclose(found.velocities, [[0, 1, 0], [0, 0, 0]], atol=1e-12)
+    v = respond(np.zeros_like(x), [found])
+    np.testing.assert_allclose(v[0], [0, 1, 0], atol=1e-12)
+    assert approach(v, found).min() >= -1e-12
+    assert depth(capsule, x) == pytest.approx(0.2)
+
+
+def test_between_two_colliders_neither_wins():
+    from muslin.colliders import Contacts, approach, respond
+
+    a, b = np.array([[1.0, 0, 0]]), np.array([[np.cos(2.2), np.sin(2.2), 0]])
+    contacts = [Contacts(np.array([0]), n, np.zeros((1, 3))) for n in (a, b)]
+    v = respond(np.array([[-1.0, -2.0, 0.5]]), contacts)
+    assert min(approach(v, c).min() for c in contacts) > -1e-8
+    assert v[0, 2] == 0.5
+
+
+def test_a_floor_cannot_be_outrun():
+    run = muslin.simulate("drape", sphere=False, resolution=8, steps=20, start_velocity=(0, -200, 0))
+    assert run.x[:, 1].min() >= -0.3 - 1e-9
+    assert run.energies.contacts[-1] > 0
+
+
+def test_pinned_vertices_are_not_filtered():
+    run = muslin.simulate("drape", resolution=12, pinned="66", start_at=(0, 0.29, 0), steps=20)
+    np.testing.assert_array_equal(run.x[66], run.x0[66])
+
+
+def test_a_collapsed_triangle_is_named_and_no_function_blamed(solution):
+    with pytest.raises(SimulationError, match=r"Triangle 0 .* has collapsed"):
+        muslin.simulate("course", functions=solution, stretch=(1, 0, 0), steps=1)
+
+
+def test_a_scene_of_ones_own_is_simulated_but_not_written(tmp_path):
+    own = replace(scenes.get("course"), name="mine", steps=1)
+    assert len(muslin.simulate(own).energies) == 2
+    with pytest.raises(MuslinError, match="not one of Muslin's"):
+        muslin.simulate(own, out=tmp_path)

@@ -122,7 +122,7 @@ def respond(v: np.ndarray, contacts: list[Contacts], functions: Functions | None
         for contact in contacts:
             relative = v[contact.vertices] - contact.velocities
             v[contact.vertices] = _filter(relative, contact.normals, functions) + contact.velocities
-        if len(contacts) < 2 or min(approach(v, contact) for contact in contacts) > -1e-9:
+        if len(contacts) < 2 or min(float(approach(v, contact).min()) for contact in contacts) > -1e-9:
             break
     return v
 
@@ -131,10 +131,9 @@ def respond(v: np.ndarray, contacts: list[Contacts], functions: Functions | None
 ROUNDS = 30
 
 
-def approach(v: np.ndarray, contact: Contacts) -> float:
-    """Smallest normal velocity, relative to the collider, of the vertices in contact [m/s]."""
-    relative = v[contact.vertices] - contact.velocities
-    return float(np.einsum("ij,ij->i", relative, contact.normals).min())
+def approach(v: np.ndarray, contact: Contacts) -> np.ndarray:
+    """Normal velocity, relative to the collider, of the vertices in contact, (k,) [m/s]."""
+    return np.einsum("ij,ij->i", v[contact.vertices] - contact.velocities, contact.normals)
 
 
 def _filter(v: np.ndarray, n: np.ndarray, functions: Functions | None) -> np.ndarray:

@@ -1,10 +1,10 @@
 """A run on disk: plain files in one folder, usable after an interruption at any moment.
 
 ==================  =====================================================================================
-`run.json`          scene, parameters, versions: enough to repeat the run
+`run.json`          scene, parameters, version: enough to repeat the run
 `mesh.npz`          simulation mesh: vertices X (n, 3), triangles (m, 3), held (k,)
 `display.npz`       display mesh, where there is one: vertices, triangles
-`frames/00000.npy`  positions at each frame, (n, 3) float64 [m]; `display/` likewise
+`frames/000000.npy` positions at a frame, named by its step, (n, 3) float64 [m]; `display/` likewise
 `energies.csv`      one row per step: kinetic, elastic, gravity energy [J], contacts
 `checkpoint.npz`    last frame's state, to resume from
 ==================  =====================================================================================
@@ -12,10 +12,12 @@
 
 from __future__ import annotations
 
+import contextlib
 import csv
 import json
 import os
 import shutil
+import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
 from typing import Any, TextIO
@@ -56,38 +58,53 @@ class Writer:
         If the folder holds something that is not a run, or cannot be written.
     """
 
-    def __init__(self, folder: Path | str, description: dict[str, Any], resume: bool = False):
+    def __init__(self, folder: Path | str, description: dict[str, Any]):
         self.folder = Path(folder)
         self.rows: list[tuple[float, ...]] = []
         self._log: TextIO | None = None
-        try:
-            if not resume:
-                _clear(self.folder)
-                (self.folder / "frames").mkdir(parents=True)
-                _write_json(self.folder / "run.json", {"schema": 1, "muslin": __version__, **description})
-        except OSError as error:
-            raise MuslinError(f"Cannot write to {paths.shown(folder)}: {error.strerror}.") from None
+        with _writing(self.folder):
+            _clear(self.folder)
+            (self.folder / "frames").mkdir(parents=True)
+            _write_json(self.folder / "run.json", {"schema": 1, "muslin": __version__, **description})
+
+    @classmethod
+    def resumed(cls, run: RunFolder, step: int, steps: int) -> Writer:
+        """Go on writing a run from its checkpoint at `step`, now up to `steps`: what lies beyond is removed."""
+        writer = cls.__new__(cls)
+        writer.folder, writer._log = run.folder, None
+        writer.rows = [tuple(row) for row in run.energies if row["step"] <= step]
+        every = run.scene.frame_every
+        with _writing(run.folder):
+            for frame in [*run.folder.glob("frames/*.npy"), *run.folder.glob("display/*.npy")]:
+                if int(frame.stem) > step or (int(frame.stem) % every and steps > step):
+                    frame.unlink()
+            description = run.description
+            description["parameters"]["steps"] = steps
+            _write_json(run.folder / "run.json", description)
+        return writer
 
     def meshes(self, mesh: Mesh, held: np.ndarray, display: Mesh | None) -> None:
         """Save what does not move."""
-        np.savez(self.folder / "mesh.npz", X=mesh.vertices, triangles=mesh.triangles, held=held)
-        if display is not None:
-            (self.folder / "display").mkdir(exist_ok=True)
-            np.savez(self.folder / "display.npz", X=display.vertices, triangles=display.triangles)
+        with _writing(self.folder):
+            np.savez(self.folder / "mesh.npz", X=mesh.vertices, triangles=mesh.triangles, held=held)
+            if display is not None:
+                (self.folder / "display").mkdir(exist_ok=True)
+                np.savez(self.folder / "display.npz", X=display.vertices, triangles=display.triangles)
 
     def row(self, values: Sequence[float]) -> None:
         """Append a row to the energy log."""
         self.rows.append(tuple(values))
 
-    def frame(self, number: int, step: int, state: State, display: np.ndarray | None = None) -> None:
+    def frame(self, step: int, state: State, display: np.ndarray | None = None) -> None:
         """Save a frame, the energy log so far, and a checkpoint."""
-        _save(self.folder / "frames" / f"{number:05d}.npy", state.x)
-        if display is not None:
-            _save(self.folder / "display" / f"{number:05d}.npy", display)
-        self._flush()
-        partial = self.folder / "checkpoint.partial.npz"
-        np.savez(partial, x=state.x, v=state.v, time=state.time, step=step, frame=number)
-        os.replace(partial, self.folder / "checkpoint.npz")
+        with _writing(self.folder):
+            _save(self.folder / "frames" / f"{step:06d}.npy", state.x)
+            if display is not None:
+                _save(self.folder / "display" / f"{step:06d}.npy", display)
+            self._flush()
+            partial = self.folder / "checkpoint.partial.npz"
+            np.savez(partial, x=state.x, v=state.v, time=state.time, step=step)
+            os.replace(partial, self.folder / "checkpoint.npz")
 
     def _flush(self) -> None:
         fresh = self._log is None
@@ -109,10 +126,11 @@ class Writer:
 
     def close(self) -> None:
         """Write what is left of the energy log."""
-        self._flush()
-        assert self._log is not None
-        self._log.close()
-        self._log = None
+        with _writing(self.folder):
+            self._flush()
+            assert self._log is not None
+            self._log.close()
+            self._log = None
 
 
 class RunFolder:
@@ -126,37 +144,29 @@ class RunFolder:
 
     def __init__(self, folder: Path | str):
         self.folder = Path(folder)
-        try:
-            self.description: dict[str, Any] = json.loads(
-                (self.folder / "run.json").read_text(encoding="utf-8")
-            )
-            mesh = np.load(self.folder / "mesh.npz")
-        except (OSError, ValueError):
+        if not (self.folder / "run.json").is_file():
             raise MuslinError(
                 f"{paths.shown(folder)} is not a run.",
                 "A run is a folder written by: muslin simulate SCENE --out DIR",
-            ) from None
-        self.X, self.triangles, self.held = mesh["X"], mesh["triangles"], mesh["held"]
+            )
+        with _reading(self.folder / "run.json") as path:
+            self.description: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
+            self.scene: Scene = scenes.get(self.description["scene"], **self.description["parameters"])
+        with _reading(self.folder / "mesh.npz") as path, np.load(path) as mesh:
+            self.X, self.triangles, self.held = mesh["X"], mesh["triangles"], mesh["held"]
         self._frames = sorted((self.folder / "frames").glob("[0-9]*.npy"))
         self.rest, self.shown_triangles = self.X, self.triangles
         if (self.folder / "display.npz").is_file():
-            display = np.load(self.folder / "display.npz")
-            self.rest, self.shown_triangles = display["X"], display["triangles"]
+            with _reading(self.folder / "display.npz") as path, np.load(path) as display:
+                self.rest, self.shown_triangles = display["X"], display["triangles"]
             self._frames = sorted((self.folder / "display").glob("[0-9]*.npy"))
         if not self._frames:
             raise MuslinError(f"The run {paths.shown(folder)} has no frames yet.")
 
     @property
-    def scene(self) -> Scene:
-        """The scene as it was simulated."""
-        return scenes.get(self.description["scene"], **self.description["parameters"])
-
-    @property
     def times(self) -> np.ndarray:
         """Time of each frame, (k,) [s]."""
-        scene = self.scene
-        numbers = np.array([int(path.stem) for path in self._frames])
-        return np.minimum(numbers * scene.frame_every, scene.steps) * scene.dt
+        return np.array([int(path.stem) for path in self._frames]) * self.scene.dt
 
     @property
     def frames(self) -> Sequence[np.ndarray]:
@@ -171,23 +181,14 @@ class RunFolder:
     @property
     def energies(self) -> np.recarray:
         """The energy log."""
-        with open(self.folder / "energies.csv", newline="", encoding="utf-8") as file:
+        with _reading(self.folder / "energies.csv") as path, path.open(newline="", encoding="utf-8") as file:
             rows = list(csv.reader(file))[1:]
-        return as_table([[float(v) for v in row] for row in rows if len(row) == len(COLUMNS)])
+            return as_table([[float(v) for v in row] for row in rows if len(row) == len(COLUMNS)])
 
-    def checkpoint(self) -> tuple[State, int, int]:
-        """Last state saved, its step, and its frame.
-
-        Raises
-        ------
-        MuslinError
-            If there is none.
-        """
-        try:
-            saved = np.load(self.folder / "checkpoint.npz")
-        except (OSError, ValueError):
-            raise MuslinError(f"{paths.shown(self.folder)} has no checkpoint to resume from.") from None
-        return State(saved["x"], saved["v"], float(saved["time"])), int(saved["step"]), int(saved["frame"])
+    def checkpoint(self) -> tuple[State, int]:
+        """Last state saved, and its step."""
+        with _reading(self.folder / "checkpoint.npz") as path, np.load(path) as saved:
+            return State(saved["x"], saved["v"], float(saved["time"])), int(saved["step"])
 
 
 class _Lazy(Sequence[np.ndarray]):
@@ -198,10 +199,35 @@ class _Lazy(Sequence[np.ndarray]):
         return len(self._files)
 
     def __getitem__(self, k: Any) -> Any:
-        return [np.load(f) for f in self._files[k]] if isinstance(k, slice) else np.load(self._files[k])
+        return [_frame(file) for file in self._files[k]] if isinstance(k, slice) else _frame(self._files[k])
 
     def __iter__(self) -> Iterator[np.ndarray]:
-        return (np.load(f) for f in self._files)
+        return (_frame(file) for file in self._files)
+
+
+def _frame(path: Path) -> np.ndarray:
+    with _reading(path):
+        return np.load(path, allow_pickle=False)
+
+
+@contextlib.contextmanager
+def _reading(path: Path) -> Iterator[Path]:
+    """Turn what can go wrong when a run's file is read into one message."""
+    try:
+        yield path
+    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile) as error:
+        raise MuslinError(
+            f"{paths.shown(path)} is missing or damaged ({type(error).__name__}).", "Simulate the run again."
+        ) from None
+
+
+@contextlib.contextmanager
+def _writing(folder: Path) -> Iterator[None]:
+    """Turn a full disk or a folder that refuses into one message."""
+    try:
+        yield
+    except OSError as error:
+        raise MuslinError(f"Cannot write to {paths.shown(folder)}: {error.strerror or error}.") from None
 
 
 def _clear(folder: Path) -> None:
@@ -211,6 +237,10 @@ def _clear(folder: Path) -> None:
             raise MuslinError(
                 f"{paths.shown(folder)} is not empty and not a run.", "Choose another --out folder."
             )
+        with contextlib.suppress(OSError, ValueError, KeyError):  # pictures of the earlier run
+            name = json.loads((folder / "run.json").read_text(encoding="utf-8"))["scene"]
+            for picture in [*folder.glob(f"{name}.*"), *folder.glob(f"{name}-energies.png")]:
+                picture.unlink()
         for name in ("frames", "display"):
             shutil.rmtree(folder / name, ignore_errors=True)
         for name in ("run.json", "mesh.npz", "display.npz", "energies.csv", "checkpoint.npz"):

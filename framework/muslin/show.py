@@ -141,7 +141,7 @@ def render_run(
     film: str | None = "mp4",
     still: float | None = None,
     on_frame: Callable[[int, int], None] | None = None,
-    last: float | None = None,
+    every: int = 1,
     **options: Any,
 ) -> list[Path]:
     """Render a run: a film, a still, an energy plot.
@@ -155,11 +155,11 @@ def render_run(
     film : {"mp4", "webp", "gif", "frames"}, optional
         None for no film.
     still : float, optional
-        Time of the still [s]; default the last frame's.
+        Time of the still [s]; default the scene's, or the last frame's.
     on_frame : callable, optional
         Called as (frame, frames) after every frame of the film.
-    last : float, optional
-        End the film at this time [s].
+    every : int
+        Film only every so many frames, at as many fewer frames per second.
     **options
         size, quality, strain, wireframe: see `Show`.
 
@@ -179,6 +179,7 @@ def render_run(
     show = Show(run, **options)
     base = Path(out) if out is not None else run.folder / run.scene.name
     base.parent.mkdir(parents=True, exist_ok=True)
+    still = run.scene.still if still is None else still
     k = len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
     written = [render.write_png(_beside(base, ".png"), show.picture(k))]
     table = run.energies
@@ -189,12 +190,12 @@ def render_run(
         written.append(plot)
     if film is not None:
         target = base.with_name(base.name + "-frames") if film == "frames" else _beside(base, f".{film}")
-        count = len(show.times) if last is None else int(np.searchsorted(show.times, last + 1e-9))
-        with render.Movie(target, show.size, run.scene.fps) as movie:
-            for frame in range(count):
+        filmed = range(0, len(show.times), every)
+        with render.Movie(target, show.size, max(1, run.scene.fps // every)) as movie:
+            for number, frame in enumerate(filmed):
                 movie.add(show.picture(frame))
                 if on_frame:
-                    on_frame(frame + 1, count)
+                    on_frame(number + 1, len(filmed))
         written.append(target)
     return written
 

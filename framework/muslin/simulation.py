@@ -36,8 +36,9 @@ class Run:
     x0, v0 : (n, 3) arrays
         Those it started from.
     energies : record array
-        One row per step, the start included: step, time, kinetic, elastic, gravity [J], contacts, approach
-        (smallest n^T v in contact after the filter [m/s]), penetration (deepest vertex [m]).
+        One row per step, the start included: step, time, kinetic, elastic, gravity [J], contacts
+        (vertices pressed against a collider), approach (smallest n^T v of those in contact after the filter
+        [m/s]), penetration (deepest vertex [m]).
     scene : Scene
     mesh : Mesh
     cloth : Cloth
@@ -165,6 +166,12 @@ def simulate(
         For a scene, parameter, mesh or folder that does not exist or make sense.
     """
     if resume:
+        given = {"mesh": mesh, "display": display, **parameters}
+        given |= (
+            {} if (energy, hessian) == ("linearised", "closed") else {"energy": energy, "hessian": hessian}
+        )
+        if changed := [name for name, value in given.items() if value is not None]:
+            raise MuslinError(f"A resumed run keeps its parameters: {', '.join(changed)} cannot change.")
         return _resume(scene, functions, steps, out, on_step)
     overrides = dict(parameters)
     if steps is not None:
@@ -177,11 +184,26 @@ def simulate(
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
     model, state = build(chosen, functions, energy, hessian)
     shown = meshes.load(display) if display is not None else None
-    writer = None
     if out is not None:
-        writer = Writer(out, _description(chosen, functions, energy, hessian))
-        writer.meshes(model.cloth.mesh, model.held, shown)
+        _require_repeatable(chosen)
+
+    def writer() -> Writer | None:
+        if out is None:
+            return None
+        opened = Writer(out, _description(chosen, functions, energy, hessian))
+        opened.meshes(model.cloth.mesh, model.held, shown)
+        return opened
+
     return _march(chosen, model, state, writer, shown, on_step)
+
+
+def _require_repeatable(scene: Scene) -> None:
+    """Only scenes that can be found again by name can be written: a run records the name and the parameters."""
+    if scene.name not in scenes.SCENES or scenes.get(scene.name, **scene.parameters()) != scene:
+        raise MuslinError(
+            f"The scene {scene.name!r} is not one of Muslin's, so a run of it could not be read back.",
+            "Add it to muslin/scenes, or simulate without out=.",
+        )
 
 
 def _description(scene: Scene, functions: Functions | None, energy: str, hessian: str) -> dict[str, Any]:
@@ -215,56 +237,62 @@ def _resume(
         functions = recorded["functions"]
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
     model, start = build(chosen, functions, recorded["energy"], recorded["hessian"])
-    state, step, frame = folder.checkpoint()
+    state, step = folder.checkpoint()
     shown = None
     if (folder.folder / "display.npz").is_file():
         shown = Mesh.from_arrays(folder.rest, folder.shown_triangles, name="display")
-    writer = Writer(out, {}, resume=True)
-    for row in folder.energies:
-        if row["step"] <= step:
-            writer.row(tuple(row))
-    return _march(chosen, model, state, writer, shown, on_step, start, step, frame)
+    return _march(
+        chosen, model, state, lambda: Writer.resumed(folder, step, chosen.steps), shown, on_step, start, step
+    )
 
 
 def _march(
     scene: Scene,
     model: Model,
     state: State,
-    writer: Writer | None,
+    open_writer: Callable[[], Writer | None],
     shown: Mesh | None,
     on_step: Callable[[int, int], None] | None,
     start: State | None = None,
     step: int = 0,
-    frame: int = 0,
 ) -> Run:
-    """Take steps until the scene's last, from `step` on."""
+    """Take steps until the scene's last, from `step` on.
+
+    The writer is opened, and an earlier run in its folder lost, only when everything the first step needs has
+    been tried.
+    """
     advance = integrator(scene.integrator)
     first = start or state
     cloth = model.cloth
     skin = bind(shown, cloth.mesh, cloth.functions) if shown is not None else None
-    rows: list[tuple[float, ...]] = writer.rows if writer else []
     interrupted = False
-
-    def save(number: int, at: int) -> None:
-        if writer:
-            writer.frame(number, at, state, skin.carry(state.x) if skin else None)
 
     with np.errstate(invalid="ignore", over="ignore"):
         cloth.update(state.x)
-        if step == 0:
-            rows.append(_row(model, state, 0))
-            save(0, 0)
+        row = _row(model, state, step)
+        if scene.steps > step:
+            advance(model, state, scene.dt)
+            cloth.update(state.x)
+        writer = open_writer()
+        rows: list[tuple[float, ...]] = writer.rows if writer else []
+
+        def save() -> None:
+            if writer:
+                writer.frame(step, state, skin.carry(state.x) if skin else None)
+
         try:
+            if step == 0:
+                rows.append(row)
+                save()
             while step < scene.steps:
                 following = advance(model, state, scene.dt)
-                if not (np.isfinite(following.x).all() and np.isfinite(following.v).all()):
+                if not (np.abs(following.x) < EXPLODED).all() or not np.isfinite(following.v).all():
                     raise _blown_up(following, step + 1, scene, writer)
                 cloth.update(following.x)
                 state, step = following, step + 1
                 rows.append(_row(model, state, step))
                 if step % scene.frame_every == 0 or step == scene.steps:
-                    frame += 1
-                    save(frame, step)
+                    save()
                 if on_step:
                     on_step(step, scene.steps)
         except KeyboardInterrupt:
@@ -280,18 +308,23 @@ def _march(
 
 def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
     cloth = model.cloth
-    touching = [contact for contact in state.contacts if len(contact.vertices)]
-    count = sum(len(contact.vertices) for contact in touching)
-    slowest = min((approach(state.v, contact) for contact in touching), default=0.0)
+    pressed = [approach(state.v, contact) for contact in state.contacts]
+    count = int(sum((speeds < 1e-6).sum() for speeds in pressed))
+    slowest = min((float(speeds.min()) for speeds in pressed if len(speeds)), default=0.0) if count else 0.0
     deepest = max((depth(collider, state.x) for collider in model.colliders(state.time)), default=0.0)
     kinetic, elastic = cloth.kinetic_energy(state.v), cloth.energy_here()
     return (step, state.time, kinetic, elastic, model.potential(state.x), count, slowest, deepest)
 
 
+#: Positions beyond this [m] mean that the cloth has exploded.
+EXPLODED = 1e8
+
+
 def _blown_up(state: State, step: int, scene: Scene, writer: Writer | None) -> SimulationError:
-    bad = np.flatnonzero(~(np.isfinite(state.x) & np.isfinite(state.v)).all(axis=1))
+    far = float(np.nan_to_num(np.abs(state.x), nan=np.inf).max())
+    size = f"it is {far:.0e} m wide" if np.isfinite(far) else "its positions are not numbers any more"
     kept = f" What was simulated until then is in {paths.shown(writer.folder)}." if writer else ""
     return SimulationError(
-        f"The simulation of {scene.name!r} blew up at step {step}: vertex {bad[0]} (of {len(bad)}) is not a number.",
-        f"Reduce dt, or check force and Hessian.{kept}",
+        f"The cloth of {scene.name!r} exploded at step {step}: {size}.",
+        f"Often the sign of a force or a wrong Hessian (muslin check), or too large a dt.{kept}",
     )

@@ -16,5 +16,6 @@ SCENE = Scene(
     ground=-0.3,
     floor=True,
     view=(0.55, 0.42, 1.0),
+    still=0.65,
     start=lying,
 )

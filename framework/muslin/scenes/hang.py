@@ -14,5 +14,7 @@ SCENE = Scene(
     steps=180,
     frame_every=1,
     view=(-0.5, 0.25, 1.0),
+    tilt=40.0,
+    still=0.5,
     start=lying,
 )

@@ -27,16 +27,22 @@ def as_it_is(scene: Scene, mesh: Mesh) -> np.ndarray:
 
 
 def lying(scene: Scene, mesh: Mesh) -> np.ndarray:
-    """Start undeformed, turned to lie horizontally, its middle at `scene.start_at`."""
+    """Start undeformed, turned to lie horizontally but for `scene.tilt`, its middle at `scene.start_at`."""
     area, normal = meshes.area_and_normal(mesh.vertices, mesh.triangles)
     n = area @ normal
+    if np.linalg.norm(n) < 1e-9 * area.sum():
+        raise MuslinError(
+            f"The mesh {mesh.name!r} is closed: there is no way to lay it flat.", "Use an open one."
+        )
     n /= np.linalg.norm(n)
     side = np.cross(n, (0.0, 0.0, 1.0)) if abs(n[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
     side /= np.linalg.norm(side)
     turn = np.stack([side, n, np.cross(side, n)])
     flat = mesh.vertices @ turn.T
     middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
-    return flat - middle + np.asarray(scene.start_at)
+    c, s = np.cos(np.radians(scene.tilt)), np.sin(np.radians(scene.tilt))
+    tilted = (flat - middle) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]]).T
+    return tilted + np.asarray(scene.start_at)
 
 
 def sphere_and_floor(scene: Scene, time: float) -> tuple[Collider, ...]:
@@ -85,12 +91,14 @@ class Scene:
     wind: Vec = (0.0, 0.0, 0.0)
     drag: float = 0.0  # of the air [kg/m^3]
     start_at: Vec = (0.0, 0.0, 0.0)
+    tilt: float = 0.0  # of a cloth that starts lying, about the x axis [degrees]
     start_velocity: Vec = (0.0, 0.0, 0.0)
     stretch: Vec = (1.0, 1.0, 1.0)  # scales the start along each axis
     drag_vertex: int = -1  # the mouse: which vertex (none: -1), where to, how stiff
     drag_to: Vec = (0.0, 0.0, 0.0)
     drag_stiffness: float = 1e3
     view: Vec = (0.4, 0.35, 1.0)  # direction from the cloth to the camera
+    still: float | None = None  # time of the still [s]; none: the end
     camera: str = "fit"  # "fit" the whole motion, or "follow" the cloth
     ground: float | None = None  # height of the ground in the picture
     floor: bool = False  # whether the ground is solid
@@ -195,10 +203,29 @@ def override(scene: Scene, **values: Any) -> Scene:
         changes[name] = _convert(name, value, _kind(scene, name))
     if {"E", "nu"} & changes.keys() and not {"mu", "lam"} & changes.keys():
         changes |= {"mu": None, "lam": None}  # the pair given last counts
-    for name, low in (("dt", 0.0), ("steps", -1), ("frame_every", 0), ("fps", 0), ("resolution", 1)):
-        if name in changes and not changes[name] > low:
-            raise MuslinError(f"{name} = {changes[name]} must be above {low}.")
-    return dataclasses.replace(scene, **changes)
+    changed = dataclasses.replace(scene, **changes)
+    if (changed.mu is None) != (changed.lam is None):
+        raise MuslinError(f"The scene {scene.name!r} has only one of mu and lam.", "Give both, or E and nu.")
+    for name, low in LOWEST.items():
+        if not getattr(changed, name) > low:
+            raise MuslinError(f"{name} = {getattr(changed, name)} must be above {low}.")
+    if changed.camera not in ("fit", "follow"):
+        raise MuslinError(f"camera = {changed.camera!r} is not understood.", "Write fit or follow.")
+    if not any(changed.view[k] for k in (0, 2)):
+        raise MuslinError("view must not point straight up or down.", "For example: view=0.4,0.35,1")
+    return changed
+
+
+#: What parameters must be above.
+LOWEST = {
+    "dt": 0.0,
+    "steps": -1,
+    "frame_every": 0,
+    "fps": 0,
+    "resolution": 1,
+    "sphere_radius": 0.0,
+    "tolerance": 0.0,
+}
 
 
 def _kind(scene: Scene, name: str) -> str:
@@ -232,8 +259,8 @@ def _convert(name: str, value: Any, kind: str) -> Any:
                 raise ValueError
             return vector
         if kind.startswith("float"):
-            return None if value is None or value == "none" else _number(value)
-        return str(value)
+            return None if "None" in kind and (value is None or value == "none") else _number(value)
+        return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
     except (ValueError, TypeError, KeyError, OverflowError, ZeroDivisionError):
         wanted = {"bool": "on or off", "int": "a whole number", "Vec": "three numbers such as 0,-9.81,0"}
         raise MuslinError(f"{name} = {value!r} is not {wanted.get(kind, 'a number')}.") from None

@@ -5,5 +5,9 @@ from dataclasses import replace
 from muslin.scenes.course import SCENE as COURSE
 
 SCENE = replace(
-    COURSE, name="throw", title="The course's square, thrown onto the sphere", gravity=(0.0, -1273.4, 1273.4)
+    COURSE,
+    name="throw",
+    title="The course's square, thrown onto the sphere",
+    gravity=(0.0, -1273.4, 1273.4),
+    still=0.05,
 )
