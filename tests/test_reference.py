@@ -87,7 +87,12 @@ def test_public_cases_include_the_difficult_ones():
     distance = np.linalg.norm(contact["x"] - contact["c"], axis=1)
     assert (distance == 0).any()
     assert set(hit) == {0, 1}
-    assert (np.abs(distance / contact["r"] - 1) > 0.04).all()
+    exact = distance == contact["r"]  # on the surface is no hit; only where every number is exact
+    assert exact.any()
+    assert not hit[exact].any()
+    assert (contact["x"][exact] * 64 == np.rint(contact["x"][exact] * 64)).all()
+    assert (np.abs(distance / contact["r"] - 1) > 0.04)[~exact].all()
+    assert (reference.cases("cloth", "psi")[0]["s"][:, 2] != 1).any()
     velocity = reference.cases("cloth", "filter_velocity")[0]
     d = (velocity["v"] * velocity["n"]).sum(axis=1)
     assert (d < 0).any()

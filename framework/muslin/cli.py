@@ -337,7 +337,10 @@ def _progress(title: str) -> Iterator[Callable[[int, int], None]]:
 def _print_verdicts(verdicts: list[Any]) -> None:
     width = max(len(verdict.task) for verdict in verdicts)
     for verdict in verdicts:
-        typer.echo(f"  {'ok  ' if verdict.ok else 'FAIL'} {verdict.task:{width}}  {verdict.message}")
+        first, *more = verdict.message.splitlines()
+        typer.echo(f"  {'ok  ' if verdict.ok else 'FAIL'} {verdict.task:{width}}  {first}")
+        for line in more:
+            typer.echo(f"         {line}")
     typer.echo(f"{sum(v.ok for v in verdicts)} of {len(verdicts)} tasks agree with the reference data.")
 
 

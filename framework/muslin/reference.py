@@ -162,9 +162,12 @@ def compare(
         flat = output.reshape(len(output), -1)
         if not np.isfinite(flat).all():
             first = int(np.flatnonzero(~np.isfinite(flat).all(axis=1))[0])
-            message = (
-                f"case {first}: {value.name} is not finite: {_shown(output[first])}"
-                f"{_for(task, inputs, first)}. Is something divided by zero?"
+            message = "\n".join(
+                [
+                    f"case {first}: {value.name} is not finite. Is something divided by zero?",
+                    *_inputs(task, inputs, first),
+                    *_block("yours", output[first]),
+                ]
             )
             return Verdict(task.name, False, message, np.inf, first)
         error = _size(output.astype(np.float64) - right)
@@ -181,9 +184,13 @@ def compare(
             task.name, True, f"{count} cases agree; worst relative error {worst:.1e}.", worst, case
         )
     name = "" if len(expected) == 1 else f" ({task.results[which].name})"
-    message = (
-        f"worst case {case}{name}: yours {_shown(np.asarray(outputs[which])[case])}, "
-        f"expected {_shown(expected[which][case])}, relative error {worst:.1e}{_for(task, inputs, case)}."
+    message = "\n".join(
+        [
+            f"worst case {case}{name}: relative error {worst:.1e}",
+            *_inputs(task, inputs, case),
+            *_block("yours", np.asarray(outputs[which])[case]),
+            *_block("expected", expected[which][case]),
+        ]
     )
     return Verdict(task.name, False, message, worst, case)
 
@@ -225,13 +232,22 @@ def check(
     return verdicts
 
 
+def _inputs(task: tasks.Task, inputs: Mapping[str, np.ndarray], case: int) -> list[str]:
+    """The inputs of a case, by name, in lines."""
+    return [line for value in task.arguments for line in _block(value.name, inputs[value.name][case])]
+
+
+def _block(label: str, value: np.ndarray) -> list[str]:
+    """`label = value` in lines, a matrix row by row, as a student would write it."""
+    rows = [_shown(row) for row in value] if np.ndim(value) == 2 else [_shown(value)]
+    if len(rows) > 1:
+        rows = [f"[{rows[0]},", *(f" {row}," for row in rows[1:-1]), f" {rows[-1]}]"]
+    head = f"{label:8} = "
+    return [head + rows[0], *(" " * len(head) + row for row in rows[1:])]
+
+
 def _shown(value: np.ndarray) -> str:
-    """A sample on one line, as a student would write it."""
+    """A number or a row of numbers, to six digits."""
+    if np.asarray(value).dtype.kind == "i":
+        return json.dumps(np.asarray(value).tolist())
     return json.dumps(np.vectorize(lambda number: float(f"{number:.6g}"), otypes=[object])(value).tolist())
-
-
-def _for(task: tasks.Task, inputs: Mapping[str, np.ndarray], case: int) -> str:
-    """`, for X = ..., r = ...`: the inputs of a case, if they fit on a line."""
-    parts = [f"{value.name} = {_shown(inputs[value.name][case])}" for value in task.arguments]
-    text = ", for " + ", ".join(parts)
-    return text if len(text) <= 240 else ""

@@ -265,7 +265,11 @@ def _right_cauchy_green(draw: Draw, k: int) -> dict[str, Any]:
 
 
 def _stretches(draw: Draw, k: int) -> dict[str, Any]:
-    return _pick(_state(draw, k), "s", "mu", "lam")
+    """In-plane stretches of every kind; now and then a third that is not 1, which must not matter."""
+    inputs = _pick(_state(draw, k), "s", "mu", "lam")
+    if k % 10 == 9:
+        inputs["s"] = [*inputs["s"][:2], _float64(draw.between(0.5, 1.8))]
+    return inputs
 
 
 def _dpsi_dF(draw: Draw, k: int) -> dict[str, Any]:
@@ -321,7 +325,12 @@ def _eigensystem(draw: Draw, k: int) -> dict[str, Any]:
 
 
 def _sphere_contact(draw: Draw, k: int) -> dict[str, Any]:
-    """Just inside, just outside, deep inside, far away, at the very centre of a sphere that moves."""
+    """Just inside, just outside, deep inside, far away, at the very centre, exactly on the surface (no hit)."""
+    if k % 10 == 8:  # (3, 4, 0) has length 5: all of it exact, however it is computed
+        unit = 2.0 ** draw.randint(-4, 2)
+        c = [unit * draw.randint(-9, 9) for _ in range(3)]
+        turned = draw.sample([3 * unit, 4 * unit, 0.0], 3)
+        return {"x": [a + b for a, b in zip(c, turned, strict=True)], "c": c, "r": 5 * unit}
     c, r = _float64(draw.vector(3)), draw.decades(-2, 1)
     share = (draw.between(0.6, 0.95), draw.between(1.05, 1.5), draw.between(0.01, 0.5), draw.between(2, 9))[
         k % 4
