@@ -9,12 +9,15 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
 from muslin import __version__, paths
 from muslin.errors import MuslinError
+
+if TYPE_CHECKING:
+    from muslin.tasks import Assignment
 
 app = typer.Typer(
     help="Muslin: learn cloth animation by filling in the finite-element functions of a working simulator.",
@@ -170,7 +173,9 @@ def export(
 
 @app.command()
 def check(
-    tasks: Annotated[list[str] | None, typer.Argument(help="Tasks to check. Default: all.")] = None,
+    tasks: Annotated[
+        list[str] | None, typer.Argument(help="Tasks, sections (S7) or files to check. Default: all.")
+    ] = None,
     functions: Annotated[Path, typer.Option("--functions", help="Folder with the task files.")] = Path(),
 ) -> None:
     """Check student functions against the public reference data."""
@@ -178,12 +183,7 @@ def check(
     from muslin.tasks import load
 
     loaded = load(functions)
-    for name in tasks or ():
-        if name not in loaded.assignment.tasks:
-            raise MuslinError(
-                f"There is no task {name!r}.", f"There is: {', '.join(loaded.assignment.tasks)}."
-            )
-    verdicts = reference.check(loaded, tasks or None)
+    verdicts = reference.check(loaded, _chosen_tasks(tasks, loaded.assignment) or None)
     _print_verdicts(verdicts)
     if not all(verdict.ok for verdict in verdicts):
         raise typer.Exit(1)
@@ -281,6 +281,25 @@ def _settings(pairs: list[str] | None) -> dict[str, str]:
             raise MuslinError("Set the mesh with --mesh.")
         settings[key.strip()] = value.strip()
     return settings
+
+
+def _chosen_tasks(words: list[str] | None, assignment: Assignment) -> list[str]:
+    """Tasks meant by words: each a task, a section of the handout (S7), or a file."""
+    chosen: list[str] = []
+    for word in words or ():
+        file = Path(word).name
+        found = [t.name for t in assignment.tasks.values() if word in (t.name, t.section) or file == t.file]
+        if not found:
+            import difflib
+
+            near = difflib.get_close_matches(
+                word.lower(), [name.lower() for name in assignment.tasks], 1, 0.5
+            )
+            meant = next((name for name in assignment.tasks if name.lower() in near), None)
+            hint = f"Did you mean {meant}?" if meant else f"There is: {', '.join(assignment.tasks)}."
+            raise MuslinError(f"There is no task {word!r}.", hint)
+        chosen += [name for name in found if name not in chosen]
+    return chosen
 
 
 def _size(text: str) -> tuple[int, int]:
