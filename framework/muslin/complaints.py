@@ -92,7 +92,11 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
         return StudentCodeError(
             f"{where}: {name} calls itself, and a Taichi function cannot.", "Write a loop."
         )
-    advice = next((tip for pattern, tip in ADVICE if re.search(pattern, f"{snippet}\n{message}")), "")
+    advice = next((tip for pattern, tip in ADVICE if re.search(pattern, f"{snippet}\n{message}", re.I)), "")
+    if advice and re.match(
+        r"\[\w+\.(cpp|h):", message
+    ):  # an assertion of Taichi's compiler says nothing to anyone
+        message = ""
     lines = [f"{where}: {name} does not compile.", snippet, message[:1].upper() + message[1:], advice]
     return StudentCodeError("\n".join(line for line in lines if line))
 
@@ -125,6 +129,8 @@ def refuse_bad_indices(ti: Any) -> None:
     Its compiler does not look: it reads a neighbour or aborts the whole process. Called once, when Taichi starts.
     """
     original = ti.lang.impl.subscript
+    if hasattr(original, "refuses_bad_indices"):
+        return
 
     @functools.wraps(original)
     def subscript(builder: Any, value: Any, *indices: Any, **options: Any) -> Any:
@@ -136,5 +142,5 @@ def refuse_bad_indices(ti: Any) -> None:
                     raise IndexError(f"{index} is not an index of {what}: they run from 0 to {size - 1}")
         return original(builder, value, *indices, **options)
 
-    if not hasattr(original, "__wrapped__"):
-        ti.lang.impl.subscript = subscript
+    subscript.refuses_bad_indices = True  # type: ignore[attr-defined]
+    ti.lang.impl.subscript = subscript

@@ -94,7 +94,7 @@ def start(threads: int | None = None) -> ModuleType:
                 default_ip=ti.i32,
                 fast_math=False,
                 cpu_max_num_threads=threads,
-                log_level=ti.WARN,
+                log_level=ti.CRITICAL,  # what is an error reaches us as an exception
                 offline_cache=True,
                 verbose=False,
             )
