@@ -1,5 +1,5 @@
 # cloth 1.0: fill in the functions of this file; README.md explains each.
-"""Collision with a sphere: detection, then a velocity filter.  (lecture: "Collisions in Simulation")"""
+"""Collision with a sphere: detection, then a velocity filter.  (S9; lecture "Collisions in Simulation")"""
 
 import taichi as ti
 

@@ -1,5 +1,5 @@
 # cloth 1.0: fill in the functions of this file; README.md explains each.
-"""Kinetic energy of a triangle and its mass matrix, integrated exactly.  (lecture: "Kinetic Energy")"""
+"""Kinetic energy of a triangle and its mass matrix, integrated exactly.  (S4; lecture "Kinetic Energy")"""
 
 import taichi as ti
 
@@ -28,5 +28,5 @@ def kinetic_energy(v0, v1, v2, area, rho, h):
     h          : thickness [m]
     returns    : T [J]
     """
-    # Your code here: write the double sum of v_i . v_j times the mass block of (i, j)
+    # Your code here: multiply the double sum over i and j out, with the two fractions of S4 put in by hand
     raise NotImplementedError

@@ -1,5 +1,5 @@
 # cloth 1.0: fill in the functions of this file; README.md explains each.
-"""Shape functions of a triangle in 3D, and interpolation.  (lecture: "Triangular Finite Elements")"""
+"""Shape functions of a triangle in 3D, and interpolation.  (S1, S2; lecture "Triangular Finite Elements")"""
 
 import taichi as ti
 

@@ -1,5 +1,5 @@
 # cloth 1.0: fill in the functions of this file; README.md explains each.
-"""How the stress changes: two roads to the Hessian.  (lecture: "Hessian of Principal Stretch Materials")"""
+"""How stress changes: two roads to the Hessian.  (S8; lecture "Hessian of Principal Stretch Materials")"""
 
 import taichi as ti
 

@@ -1,5 +1,5 @@
 # cloth 1.0: fill in the functions of this file; README.md explains each.
-"""Principal stretches, and the energy they store.  (lecture: "A Quadratic Energy Model in 2D")
+"""Principal stretches, and the energy they store.  (S5, S6; lecture "A Quadratic Energy Model in 2D")
 
 The stretches of a cloth triangle come as s = (s_0, s_1, s_2): two in its plane, and the normal's, last, which
 is always 1 and stores no energy.
@@ -27,7 +27,7 @@ def psi(s, mu, lam):
     mu, lam : Lamé parameters [Pa]
     returns : strain-energy density [J/m^3]
     """
-    # Your code here: the two in-plane stretches, as on the slide
+    # Your code here: the formula above; only the two stretches in the plane count
     raise NotImplementedError
 
 

@@ -1,5 +1,5 @@
 # cloth 1.0: fill in the functions of this file; README.md explains each.
-"""Stress and the forces it pulls with.  (lecture: "Gradients of Principal Stretch Materials")"""
+"""Stress and the forces it pulls with.  (S7; lecture "Gradients of Principal Stretch Materials")"""
 
 import taichi as ti
 

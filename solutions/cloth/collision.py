@@ -1,4 +1,4 @@
-"""Collision with a sphere: detection, then a velocity filter.  (lecture: "Collisions in Simulation")"""
+"""Collision with a sphere: detection, then a velocity filter.  (S9; lecture "Collisions in Simulation")"""
 
 import taichi as ti
 

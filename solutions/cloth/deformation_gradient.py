@@ -1,4 +1,4 @@
-"""Deformation gradient of a triangle in 3D that carries its normal along.  (lecture: "2D triangle in 3D")"""
+"""Deformation gradient of a triangle in 3D with its normal.  (S3; lecture "2D triangle in 3D")"""
 
 import taichi as ti
 

@@ -1,4 +1,4 @@
-"""Kinetic energy of a triangle and its mass matrix, integrated exactly.  (lecture: "Kinetic Energy")"""
+"""Kinetic energy of a triangle and its mass matrix, integrated exactly.  (S4; lecture "Kinetic Energy")"""
 
 import taichi as ti
 
@@ -31,7 +31,7 @@ def kinetic_energy(v0, v1, v2, area, rho, h):
     h          : thickness [m]
     returns    : T [J]
     """
-    # begin solution: write the double sum of v_i . v_j times the mass block of (i, j)
+    # begin solution: multiply the double sum over i and j out, with the two fractions of S4 put in by hand
     squares = v0.dot(v0) + v1.dot(v1) + v2.dot(v2)
     products = v0.dot(v1) + v1.dot(v2) + v2.dot(v0)
     return rho * h * area / 12 * (squares + products)

@@ -1,4 +1,4 @@
-"""Shape functions of a triangle in 3D, and interpolation.  (lecture: "Triangular Finite Elements")"""
+"""Shape functions of a triangle in 3D, and interpolation.  (S1, S2; lecture "Triangular Finite Elements")"""
 
 import taichi as ti
 

@@ -1,4 +1,4 @@
-"""How the stress changes: two roads to the Hessian.  (lecture: "Hessian of Principal Stretch Materials")"""
+"""How stress changes: two roads to the Hessian.  (S8; lecture "Hessian of Principal Stretch Materials")"""
 
 import taichi as ti
 

@@ -1,4 +1,4 @@
-"""Principal stretches, and the energy they store.  (lecture: "A Quadratic Energy Model in 2D")
+"""Principal stretches, and the energy they store.  (S5, S6; lecture "A Quadratic Energy Model in 2D")
 
 The stretches of a cloth triangle come as s = (s_0, s_1, s_2): two in its plane, and the normal's, last, which
 is always 1 and stores no energy.
@@ -27,7 +27,7 @@ def psi(s, mu, lam):
     mu, lam : Lamé parameters [Pa]
     returns : strain-energy density [J/m^3]
     """
-    # begin solution: the two in-plane stretches, as on the slide
+    # begin solution: the formula above; only the two stretches in the plane count
     return mu * ((s[0] - 1) ** 2 + (s[1] - 1) ** 2) + lam / 2 * (s[0] + s[1] - 2) ** 2
     # end solution
 

@@ -1,4 +1,4 @@
-"""Stress and the forces it pulls with.  (lecture: "Gradients of Principal Stretch Materials")"""
+"""Stress and the forces it pulls with.  (S7; lecture "Gradients of Principal Stretch Materials")"""
 
 import taichi as ti
 
