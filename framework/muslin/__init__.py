@@ -41,6 +41,12 @@ if TYPE_CHECKING:
 def __getattr__(name: str) -> Any:
     if name in _HOMES:
         return getattr(import_module(_HOMES[name]), name)
+    if not name.startswith("_"):
+        try:
+            return import_module(f"muslin.{name}")
+        except ModuleNotFoundError as error:
+            if error.name != f"muslin.{name}":
+                raise
     raise AttributeError(f"module 'muslin' has no attribute {name!r}")
 
 

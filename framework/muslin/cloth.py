@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -9,6 +10,7 @@ import numpy as np
 from muslin import runtime
 from muslin.errors import MuslinError
 from muslin.mesh import Mesh, area_and_normal, principal_stretches
+from muslin.mesh import load as load_mesh
 from muslin.tasks import Functions
 
 if TYPE_CHECKING:
@@ -23,7 +25,7 @@ class Cloth:
 
     Parameters
     ----------
-    mesh : Mesh or (vertices, triangles)
+    mesh : Mesh, (vertices, triangles) or path
         Undeformed cloth.
     mu, lam : float
         Lamé parameters [Pa] (times `h` they are the membrane's, [N/m]).
@@ -52,7 +54,7 @@ class Cloth:
 
     def __init__(
         self,
-        mesh: Mesh | tuple[np.ndarray, np.ndarray],
+        mesh: Mesh | tuple[np.ndarray, np.ndarray] | Path | str,
         *,
         mu: float,
         lam: float,
@@ -68,6 +70,8 @@ class Cloth:
         from muslin.elements.pattern import Pattern
         from muslin.elements.student import StudentElement
 
+        if isinstance(mesh, (str, Path)):
+            mesh = load_mesh(mesh)
         self.mesh = mesh if isinstance(mesh, Mesh) else Mesh.from_arrays(*mesh)
         self.X = np.ascontiguousarray(self.mesh.vertices, dtype=np.float64)
         self.triangles = np.ascontiguousarray(self.mesh.triangles, dtype=np.int32)

@@ -49,8 +49,9 @@ def run(
     say("\nEnergies [J]\n  time [s]    kinetic    elastic    gravity      total")
     table = result.energies
     for row in table[:: max(1, len(table) // 8)]:
-        total = row.kinetic + row.elastic + row.gravity
-        say(f"  {row.time:8.3f} {row.kinetic:10.4f} {row.elastic:10.4f} {row.gravity:10.4f} {total:10.4f}")
+        say(
+            f"  {row.time:8.3f} {row.kinetic:10.4f} {row.elastic:10.4f} {row.gravity:10.4f} {row.total:10.4f}"
+        )
     if solution:
         say("\nThe reference solution against the reference data")
         say_verdicts(reference.check(solution))

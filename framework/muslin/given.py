@@ -93,7 +93,7 @@ def split(s):
     s0, s1 = s[0], s[1]
     close = 0.99 * SPLIT
     middle = (s0 + s1) / 2
-    apart = ti.max(ti.min(middle, 1.0), 0.5)  # less for small stretches, whose energy bends more
+    apart = ti.max(ti.min(middle, 1.0), 0.7)  # less for small stretches, whose energy bends more
     if s0 - s1 < close * apart:
         s0, s1 = middle + SPLIT * apart / 2, middle - SPLIT * apart / 2
     if abs(s0 - 1) < close:

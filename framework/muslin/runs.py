@@ -37,6 +37,7 @@ COLUMNS = {
     "kinetic": "J",
     "elastic": "J",
     "gravity": "J",
+    "total": "J",
     "contacts": "1",
     "approach": "m/s",  # smallest n^T v of a vertex in contact, after the filter
     "penetration": "m",  # deepest vertex

@@ -65,15 +65,16 @@ def build(
     functions: Functions | None = None,
     energy: str = "linearised",
     hessian: str = "closed",
+    mesh: Mesh | None = None,
 ) -> tuple[Model, State]:
-    """Model and starting state of a scene.
+    """Model and starting state of a scene, with another mesh than its own if one is given.
 
     Returns
     -------
     model : Model
     state : State
     """
-    mesh = scene.load_mesh()
+    mesh = scene.load_mesh() if mesh is None else mesh
     mu, lam = scene.lame
     cloth = Cloth(
         mesh, mu=mu, lam=lam, rho=scene.rho, h=scene.h, functions=functions, energy=energy, hessian=hessian
@@ -120,7 +121,7 @@ def simulate(
     *,
     functions: Functions | Path | str | None = None,
     steps: int | None = None,
-    mesh: Path | str | None = None,
+    mesh: Mesh | tuple[np.ndarray, np.ndarray] | Path | str | None = None,
     energy: str = "linearised",
     hessian: str = "closed",
     display: Path | str | None = None,
@@ -139,7 +140,7 @@ def simulate(
         Whose functions run: a folder of the assignment's files. Default: the framework's own element.
     steps : int, optional
         Time steps; default the scene's.
-    mesh : path, optional
+    mesh : path, Mesh or (vertices, triangles), optional
         Another undeformed cloth than the scene's.
     energy : {"linearised", "area", "volumetric"}
     hessian : {"closed", "lecture"}
@@ -176,13 +177,15 @@ def simulate(
     overrides = dict(parameters)
     if steps is not None:
         overrides["steps"] = steps
-    if mesh is not None:
-        overrides["mesh"] = str(mesh)
+    if isinstance(mesh, (str, Path)):
+        overrides["mesh"], mesh = str(mesh), None
+    elif isinstance(mesh, tuple):
+        mesh = Mesh.from_arrays(*mesh)
     chosen = (
         scenes.override(scene, **overrides) if isinstance(scene, Scene) else scenes.get(scene, **overrides)
     )
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
-    model, state = build(chosen, functions, energy, hessian)
+    model, state = build(chosen, functions, energy, hessian, mesh)
     shown = meshes.load(display) if display is not None else None
     if out is not None:
         _require_repeatable(chosen)
@@ -236,7 +239,8 @@ def _resume(
     if functions is None and recorded["functions"]:
         functions = recorded["functions"]
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
-    model, start = build(chosen, functions, recorded["energy"], recorded["hessian"])
+    mesh = Mesh.from_arrays(folder.X, folder.triangles)
+    model, start = build(chosen, functions, recorded["energy"], recorded["hessian"], mesh)
     state, step = folder.checkpoint()
     shown = None
     if (folder.folder / "display.npz").is_file():
@@ -313,7 +317,9 @@ def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
     slowest = min((float(speeds.min()) for speeds in pressed if len(speeds)), default=0.0) if count else 0.0
     deepest = max((depth(collider, state.x) for collider in model.colliders(state.time)), default=0.0)
     kinetic, elastic = cloth.kinetic_energy(state.v), cloth.energy_here()
-    return (step, state.time, kinetic, elastic, model.potential(state.x), count, slowest, deepest)
+    gravity = model.potential(state.x)
+    total = kinetic + elastic + gravity
+    return (step, state.time, kinetic, elastic, gravity, total, count, slowest, deepest)
 
 
 #: Positions beyond this [m] mean that the cloth has exploded.

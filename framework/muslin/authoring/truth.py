@@ -41,7 +41,7 @@ def precise() -> Any:
     except ImportError:
         raise MuslinError(
             "The truth behind reference data is computed with mpmath, which is not installed.",
-            'Install it with: pip install "muslin[test]"',
+            "Install it with: pip install mpmath",
         ) from None
     context = mpmath.mp.clone()
     context.dps = DIGITS

@@ -46,13 +46,16 @@ def lying(scene: Scene, mesh: Mesh) -> np.ndarray:
 
 
 def sphere_and_floor(scene: Scene, time: float) -> tuple[Collider, ...]:
-    """The scene's sphere, moving with `sphere_velocity`, and its floor, where they are switched on."""
+    """The scene's floor, and its sphere moving with `sphere_velocity`, where they are switched on.
+
+    The sphere comes last: where cloth is caught between the two, it has the last word.
+    """
     there: list[Collider] = []
+    if scene.floor and scene.ground is not None:
+        there.append(Plane((0.0, scene.ground, 0.0), (0.0, 1.0, 0.0)))
     if scene.sphere:
         center = np.asarray(scene.sphere_center) + time * np.asarray(scene.sphere_velocity)
         there.append(Sphere(tuple(center.tolist()), scene.sphere_radius, scene.sphere_velocity))
-    if scene.floor and scene.ground is not None:
-        there.append(Plane((0.0, scene.ground, 0.0), (0.0, 1.0, 0.0)))
     return tuple(there)
 
 
@@ -208,7 +211,8 @@ def override(scene: Scene, **values: Any) -> Scene:
         raise MuslinError(f"The scene {scene.name!r} has only one of mu and lam.", "Give both, or E and nu.")
     for name, low in LOWEST.items():
         if not getattr(changed, name) > low:
-            raise MuslinError(f"{name} = {getattr(changed, name)} must be above {low}.")
+            wanted = "positive" if low == 0 else f"at least {low + 1}"
+            raise MuslinError(f"{name} = {getattr(changed, name)} must be {wanted}.")
     if changed.camera not in ("fit", "follow"):
         raise MuslinError(f"camera = {changed.camera!r} is not understood.", "Write fit or follow.")
     if not any(changed.view[k] for k in (0, 2)):
@@ -246,6 +250,7 @@ def _convert(name: str, value: Any, kind: str) -> Any:
                 "no": False,
                 "off": False,
                 "0": False,
+                "none": False,
             }
             return words[str(value).strip().lower()]
         if kind == "int":
