@@ -63,32 +63,26 @@ class NativeElement:
         """Take new positions (n, 3)."""
         self.x = x
 
+    def _launch(self, kernel, *more) -> None:
+        terms = (self.mu, self.lam_trace, self.lam_area)
+        kernel(self.x, self.triangles, self.g0, self.weight, *terms, *more)
+
     def energies(self) -> np.ndarray:
         """Potential energy of each triangle, (m,) [J]."""
         out = np.empty(len(self.triangles))
-        _energies(self.x, self.triangles, self.g0, self.weight, self.mu, self.lam_trace, self.lam_area, out)
+        self._launch(_energies, out)
         return out
 
     def gradients(self) -> np.ndarray:
         """Gradient of each triangle's energy in its corners, (3 m, 3) [N]."""
         out = np.empty((3 * len(self.triangles), 3))
-        _gradients(self.x, self.triangles, self.g0, self.weight, self.mu, self.lam_trace, self.lam_area, out)
+        self._launch(_gradients, out)
         return out
 
     def hessians(self, project: bool) -> np.ndarray:
         """Hessian of each triangle's energy, (9 m, 3, 3) blocks, corner by corner [N/m]."""
         out = np.empty((9 * len(self.triangles), 3, 3))
-        _hessians(
-            self.x,
-            self.triangles,
-            self.g0,
-            self.weight,
-            self.mu,
-            self.lam_trace,
-            self.lam_area,
-            int(project),
-            out,
-        )
+        self._launch(_hessians, int(project), out)
         return out
 
 

@@ -2,7 +2,7 @@
 
 Frame 0 is the mesh; frame k is morph target k - 1, stored as differences of positions and normals; one
 animation moves the weights so that at the time of frame k target k - 1 alone counts.
-https://registry.khronos.org/glTF/specs/2.0/glTF-2.0.html
+Khronos, "glTF 2.0 Specification", version 2.0.1
 """
 
 from __future__ import annotations
