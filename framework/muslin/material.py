@@ -119,3 +119,6 @@ ENERGIES = {
     "area": (area_psi, area_dpsi_ds, area_d2psi_ds2),
     "volumetric": (volumetric_psi, volumetric_on_cloth_dpsi_ds, volumetric_on_cloth_d2psi_ds2),
 }
+
+#: Energies whose flip is known in simplified form: name -> function of (s, mu, lam).
+FLIPS = {"area": area_flip, "volumetric": area_flip}

@@ -16,7 +16,7 @@ from muslin.batch import evaluate, kept, run
 from muslin.elements.arrays import index3, mat3s, scalars, vec3s, vec4s
 from muslin.elements.modes import block, clamp_stretch
 from muslin.errors import SimulationError
-from muslin.material import ENERGIES, area_flip
+from muslin.material import ENERGIES, FLIPS
 from muslin.tasks import Functions, usable
 
 #: Gap of stretches below which the framework's own energies use their simplified flip.
@@ -54,8 +54,8 @@ class StudentElement:
         self.road = hessian
         self.functions = functions
         f = SimpleNamespace(**{function.task.name: function for function in functions})  # type: ignore[attr-defined]
-        self.own_energy = ENERGIES[energy] is not None
-        if self.own_energy:
+        self.flip = FLIPS.get(energy)
+        if ENERGIES[energy] is not None:
             f.psi, f.dpsi_ds, f.d2psi_ds2 = ENERGIES[energy]
         self.f = f
         corners = {f"X{k}": X[triangles[:, k]] for k in range(3)}
@@ -136,11 +136,11 @@ class StudentElement:
         H, modes, out = np.empty_like(self.F), np.empty((m, 4)), np.empty((9 * m, 3, 3))
         self._launch("d2psi_ds2", self.s, self.mu, self.lam, H)
         self._launch("eigensystem", self.s, self._dpsi_ds(), H, modes)
-        if self.own_energy:
+        if self.flip is not None:
             # Where stretches nearly meet, neither quotient nor limit keeps more than ten digits of an energy that
             # is not quadratic. The framework's own energies know what the quotient simplifies to.
             close = self.s[:, 0] - self.s[:, 1] < NEARLY_EQUAL
-            modes[close, 0] = area_flip(self.s[close], self.mu, self.lam)
+            modes[close, 0] = self.flip(self.s[close], self.mu, self.lam)
         _closed_blocks(self.U, self.V, H, modes, self.dphi, self.area, self.h, int(project), out)
         return out
 
