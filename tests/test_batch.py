@@ -98,6 +98,10 @@ MISTAKES = {
     "a list indexed late": ("return [v, n][int(n[0])]", ["line 7", "known in advance"]),
     "a method without brackets": ("return v * v.norm", ["line 7", "brackets"]),
     "a hat for a power": ("return v^2", ["line 7", "**"]),
+    "a function used as a vector": (
+        "return filter_velocity[0] * v",
+        ["line 7", "not one of this task's arguments"],
+    ),
     "a generator": ("return sum(v[i] for i in range(3)) * n", ["line 7", "That part of Python"]),
     "a vector called": ("return v(n)", ["line 7"]),
     "a text": ('v = "fast"\nreturn v', ["line 7"]),

@@ -50,6 +50,10 @@ ADVICE: tuple[tuple[str, str], ...] = (
         r"'Expr' object has no attribute '__name__'",
         "An argument hides the function of that name: it is a vector here.",
     ),
+    (
+        r"'function' object has no attribute",
+        "That name is a function here, not one of this task's arguments.",
+    ),
     (r"TypedConstant", "None and other Python objects are not numbers."),
     (r"\^(?! *\^)[^\^\n]*\n.*unsupported operand", "Power is ** in Python."),
     (r"has no attribute '(x0|x1|x2|X)'", "Vectors have no such part: v[0], v[1], v[2] are the components."),
