@@ -1,0 +1,12 @@
+"""Grading: submission -> (sandboxed worker) outputs -> comparison -> diagnosis -> record -> report.
+
+- `submission`  a folder, zip or tar becomes the task files, and nothing else
+- `sandbox`     the worker process and what keeps it in (`isolation`, `worker`, `wire`)
+- `checks`      the layers of a task: form, public cases, hidden cases, `properties`
+- `simulating`  all functions together on a small cloth
+- `diagnosis`   which mistake a wrong answer looks like
+- `record`      the result; `views` turn it into every format there is
+- `grader`      `grade`, which puts it together
+
+The parent never imports a submission; the child never sees an expected value.
+"""
