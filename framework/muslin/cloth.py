@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from muslin import runtime
 from muslin.errors import MuslinError
 from muslin.mesh import Mesh, area_and_normal, principal_stretches
 from muslin.mesh import load as load_mesh
+from muslin.stand_ins import checked, needs
 from muslin.tasks import Functions
 
 if TYPE_CHECKING:
@@ -40,6 +42,9 @@ class Cloth:
         Energy of the stretches; only the linearised one uses the student's strain energy.
     hessian : {"closed", "lecture"}
         Which of the two roads to the Hessian the student's functions take.
+    stand_ins : names of tasks
+        Whose functions must not be called: the framework's own code computes every part of the cloth that needs
+        one of them (see `muslin.stand_ins.NEEDS`).
 
     Attributes
     ----------
@@ -63,6 +68,7 @@ class Cloth:
         functions: Functions | None = None,
         energy: str = "linearised",
         hessian: str = "closed",
+        stand_ins: Iterable[str] = (),
     ):
         _check_parameters(mu, lam, rho, h, energy, hessian)
         runtime.start()
@@ -79,19 +85,46 @@ class Cloth:
         self.mu, self.lam, self.rho, self.h = float(mu), float(lam), float(rho), float(h)
         self.functions = functions
         self.pattern = Pattern(self.triangles, len(self.X))
+        self.energy_name, self.road, self.stand_ins = energy, hessian, checked(stand_ins, functions)
         rest = (self.X, self.triangles, self.area, self.normal, self.mu, self.lam, self.h, energy)
-        self.element = StudentElement(functions, *rest, hessian) if functions else NativeElement(*rest)
+        parts = ("energy", "gradient", "hessian")
+        student, native = None, None
+        if functions is not None and any(self.by_student(part) for part in parts):
+            student = StudentElement(functions, *rest, hessian)
+        if not all(self.by_student(part) for part in parts):
+            native = NativeElement(*rest)
+        #: which element computes each part
+        self.elements: dict[str, Any] = {part: student if self.by_student(part) else native for part in parts}
         self.mass_data = self._mass_data()
         self.mass = self.pattern.matrix(self.mass_data)
+
+    def by_student(self, part: str) -> Functions | None:
+        """The functions that compute a part (a key of `muslin.stand_ins.NEEDS`), or None if native code does."""
+        wanted = needs(part, self.energy_name, self.road)
+        return None if self.stand_ins.intersection(wanted) else self.functions
+
+    def tasks_behind(self, *parts: str) -> frozenset[str]:
+        """Tasks whose functions compute these parts."""
+        return frozenset(
+            name
+            for part in parts
+            if self.by_student(part) is not None
+            for name in needs(part, self.energy_name, self.road)
+        )
+
+    @property
+    def uses(self) -> frozenset[str]:
+        """Tasks whose functions energy, gradient, Hessian, mass and kinetic energy of this cloth really call."""
+        return self.tasks_behind("energy", "gradient", "hessian", "mass", "kinetic energy")
 
     def _mass_data(self) -> np.ndarray:
         m = len(self.triangles)
         i, j = np.divmod(np.tile(np.arange(9), m), 3)
         area = np.repeat(self.area, 9)
-        if self.functions:
+        if functions := self.by_student("mass"):
             from muslin.batch import evaluate
 
-            factor = evaluate(self.functions.mass_block, i=i, j=j, area=area, rho=self.rho, h=self.h)
+            factor = evaluate(functions.mass_block, i=i, j=j, area=area, rho=self.rho, h=self.h)
         else:
             factor = self.rho * self.h * area * np.where(i == j, 2.0, 1.0) / 12
         return self.pattern.data(factor[:, None, None] * np.eye(3))
@@ -119,19 +152,21 @@ class Cloth:
         if x.shape != self.X.shape:
             raise MuslinError(f"Positions have shape {x.shape}; this cloth needs {self.X.shape}.")
         runtime.start()  # should somebody else have restarted Taichi
-        self.element.update(x.copy())
+        x = x.copy()
+        for element in set(self.elements.values()):
+            element.update(x)
 
     def energy_here(self) -> float:
         """Elastic energy [J]."""
-        return float(self.element.energies().sum())
+        return float(self.elements["energy"].energies().sum())
 
     def gradient_here(self) -> np.ndarray:
         """Gradient of the elastic energy, (n, 3) [N]; minus this is the force."""
-        return self.pattern.vector(self.element.gradients())
+        return self.pattern.vector(self.elements["gradient"].gradients())
 
     def stiffness_here(self, project: bool = True) -> np.ndarray:
         """Data array (nnz,) of the energy's Hessian on `pattern` [N/m]."""
-        return self.pattern.data(self.element.hessians(project))
+        return self.pattern.data(self.elements["hessian"].hessians(project))
 
     # At given positions -------------------------------------------------------------------------------------
 
@@ -155,11 +190,11 @@ class Cloth:
 
     def kinetic_energy(self, v: np.ndarray) -> float:
         """1/2 qdot^T M qdot [J] for velocities v (n, 3)."""
-        if self.functions:
+        if functions := self.by_student("kinetic energy"):
             from muslin.batch import evaluate
 
             v0, v1, v2 = (v[self.triangles[:, k]] for k in range(3))
-            function = self.functions.kinetic_energy
+            function = functions.kinetic_energy
             T = evaluate(function, v0=v0, v1=v1, v2=v2, area=self.area, rho=self.rho, h=self.h)
             return float(T.sum())
         return 0.5 * float(v.ravel() @ (self.mass @ v.ravel()))

@@ -134,7 +134,7 @@ class Model:
     def contacts(self, state: State, dt: float) -> list[Contacts]:
         """Contacts of the free vertices, for a step of dt [s]."""
         found = [
-            detect(collider, state.x, state.v, dt, self.cloth.functions)
+            detect(collider, state.x, state.v, dt, self.cloth.by_student("detection"))
             for collider in self.colliders(state.time)
         ]
         if len(self.held) == 0:
@@ -241,7 +241,7 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
 
 
 def _finish(model: Model, state: State, v: np.ndarray, contacts: list[Contacts], dt: float) -> State:
-    v = respond(v, contacts, model.cloth.functions)
+    v = respond(v, contacts, model.cloth.by_student("response"))
     return State(state.x + dt * v, v, state.time + dt, contacts)
 
 

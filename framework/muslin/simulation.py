@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -46,6 +46,8 @@ class Run:
         Where it was written.
     interrupted : bool
         Whether Ctrl-C ended it early.
+    uses : frozenset of str
+        Tasks whose functions the run called; native code stood in for the others.
     """
 
     x: np.ndarray
@@ -58,6 +60,7 @@ class Run:
     cloth: Cloth
     folder: Path | None = None
     interrupted: bool = False
+    uses: frozenset[str] = frozenset()
 
 
 def build(
@@ -66,8 +69,11 @@ def build(
     energy: str = "linearised",
     hessian: str = "closed",
     mesh: Mesh | None = None,
+    stand_ins: Iterable[str] = (),
 ) -> tuple[Model, State]:
     """Model and starting state of a scene, with another mesh than its own if one is given.
+
+    The other parameters are those of `simulate`.
 
     Returns
     -------
@@ -77,7 +83,15 @@ def build(
     mesh = scene.load_mesh() if mesh is None else mesh
     mu, lam = scene.lame
     cloth = Cloth(
-        mesh, mu=mu, lam=lam, rho=scene.rho, h=scene.h, functions=functions, energy=energy, hessian=hessian
+        mesh,
+        mu=mu,
+        lam=lam,
+        rho=scene.rho,
+        h=scene.h,
+        functions=functions,
+        energy=energy,
+        hessian=hessian,
+        stand_ins=stand_ins,
     )
     x = np.ascontiguousarray(scene.start(scene, mesh))
     middle = (x.min(axis=0) + x.max(axis=0)) / 2
@@ -124,6 +138,7 @@ def simulate(
     mesh: Mesh | tuple[np.ndarray, np.ndarray] | Path | str | None = None,
     energy: str = "linearised",
     hessian: str = "closed",
+    stand_ins: Iterable[str] = (),
     display: Path | str | None = None,
     out: Path | str | None = None,
     resume: bool = False,
@@ -144,6 +159,9 @@ def simulate(
         Another undeformed cloth than the scene's.
     energy : {"linearised", "area", "volumetric"}
     hessian : {"closed", "lecture"}
+    stand_ins : names of tasks
+        Whose functions must not be called: native code computes what needs them. `muslin.stand_ins.unusable`
+        lists those a folder does not have.
     display : path, optional
         A finer mesh to carry along and show, in the same undeformed space.
     out : path, optional
@@ -171,6 +189,7 @@ def simulate(
         given |= (
             {} if (energy, hessian) == ("linearised", "closed") else {"energy": energy, "hessian": hessian}
         )
+        given |= {"stand_ins": tuple(stand_ins)} if stand_ins else {}
         if changed := [name for name, value in given.items() if value is not None]:
             raise MuslinError(f"A resumed run keeps its parameters: {', '.join(changed)} cannot change.")
         return _resume(scene, functions, steps, out, on_step)
@@ -185,7 +204,7 @@ def simulate(
         scenes.override(scene, **overrides) if isinstance(scene, Scene) else scenes.get(scene, **overrides)
     )
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
-    model, state = build(chosen, functions, energy, hessian, mesh)
+    model, state = build(chosen, functions, energy, hessian, mesh, stand_ins)
     shown = meshes.load(display) if display is not None else None
     if out is not None:
         _require_repeatable(chosen)
@@ -193,7 +212,7 @@ def simulate(
     def writer() -> Writer | None:
         if out is None:
             return None
-        opened = Writer(out, _description(chosen, functions, energy, hessian))
+        opened = Writer(out, _description(chosen, functions, energy, hessian, model.cloth.stand_ins))
         opened.meshes(model.cloth.mesh, model.held, shown)
         return opened
 
@@ -209,7 +228,9 @@ def _require_repeatable(scene: Scene) -> None:
         )
 
 
-def _description(scene: Scene, functions: Functions | None, energy: str, hessian: str) -> dict[str, Any]:
+def _description(
+    scene: Scene, functions: Functions | None, energy: str, hessian: str, stand_ins: frozenset[str]
+) -> dict[str, Any]:
     parameters = scene.parameters()
     if scene.mesh != "grid" and Path(scene.mesh).is_file():
         parameters["mesh"] = str(Path(scene.mesh).resolve())
@@ -219,6 +240,7 @@ def _description(scene: Scene, functions: Functions | None, energy: str, hessian
         "functions": str(functions.folder.resolve()) if functions else None,
         "energy": energy,
         "hessian": hessian,
+        "stand_ins": sorted(stand_ins),
     }
 
 
@@ -240,7 +262,8 @@ def _resume(
         functions = recorded["functions"]
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
     mesh = Mesh.from_arrays(folder.X, folder.triangles)
-    model, start = build(chosen, functions, recorded["energy"], recorded["hessian"], mesh)
+    stand_ins = recorded.get("stand_ins", ())
+    model, start = build(chosen, functions, recorded["energy"], recorded["hessian"], mesh, stand_ins)
     state, step = folder.checkpoint()
     shown = None
     if (folder.folder / "display.npz").is_file():
@@ -268,7 +291,7 @@ def _march(
     advance = integrator(scene.integrator)
     first = start or state
     cloth = model.cloth
-    skin = bind(shown, cloth.mesh, cloth.functions) if shown is not None else None
+    skin = bind(shown, cloth.mesh, cloth.functions, cloth.stand_ins) if shown is not None else None
     interrupted = False
 
     with np.errstate(invalid="ignore", over="ignore"):
@@ -306,8 +329,15 @@ def _march(
                 writer.close()
     return Run(
         state.x, state.v, first.x, first.v, as_table(rows), scene, cloth.mesh, cloth,
-        writer.folder if writer else None, interrupted,
+        writer.folder if writer else None, interrupted, _uses(model, state.time, skin is not None),
     )  # fmt: skip
+
+
+def _uses(model: Model, time: float, shown: bool) -> frozenset[str]:
+    """Tasks whose functions a run calls."""
+    cloth = model.cloth
+    meets = cloth.tasks_behind("detection", "response") if model.colliders(time) else frozenset()
+    return cloth.uses | meets | (cloth.tasks_behind("binding", "carrying") if shown else frozenset())
 
 
 def _row(model: Model, state: State, step: int) -> tuple[float, ...]:

@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 import numpy as np
 
 from muslin.mesh import Mesh
+from muslin.stand_ins import NEEDS, checked
 from muslin.tasks import Functions
 
 
@@ -28,23 +30,26 @@ class Skin:
         return np.einsum("kc,ckd->kd", self.phi, np.stack(x))
 
 
-def bind(display: Mesh, mesh: Mesh, functions: Functions | None = None) -> Skin:
+def bind(
+    display: Mesh, mesh: Mesh, functions: Functions | None = None, stand_ins: Iterable[str] = ()
+) -> Skin:
     """Bind a display mesh to a simulation mesh, both undeformed.
 
     Each display vertex goes to the nearest triangle, and keeps its barycentric coordinates there (of the
     nearest point of the triangle's plane: beside the mesh they extrapolate), by the student's `phi` where
-    functions are given.
+    functions are given. Native code stands in for the tasks named in `stand_ins`.
     """
+    absent = checked(stand_ins, functions)
     nearest = _nearest_triangle(display.vertices, mesh)
     corners = mesh.triangles[nearest]
     X0, X1, X2 = (mesh.vertices[corners[:, k]] for k in range(3))
-    if functions is not None:
+    if functions is not None and absent.isdisjoint(NEEDS["binding"]):
         from muslin.batch import evaluate
 
         phi = evaluate(functions.phi, X=display.vertices, X0=X0, X1=X1, X2=X2)
     else:
         phi = _areas(display.vertices, X0, X1, X2)
-    return Skin(corners, phi, functions)
+    return Skin(corners, phi, functions if absent.isdisjoint(NEEDS["carrying"]) else None)
 
 
 def _areas(X: np.ndarray, X0: np.ndarray, X1: np.ndarray, X2: np.ndarray) -> np.ndarray:
