@@ -45,7 +45,7 @@ def taichi() -> ModuleType:
     return ti
 
 
-def start(threads: int | None = None) -> ModuleType:
+def start(threads: int | None = None, debug: bool = False) -> ModuleType:
     """Start Taichi if it is not running as Muslin needs it; otherwise do nothing.
 
     If somebody else has called `ti.init` in the meantime, Taichi is started anew: what they made is lost, and
@@ -55,6 +55,8 @@ def start(threads: int | None = None) -> ModuleType:
     ----------
     threads : int, optional
         CPU threads; default `$MUSLIN_THREADS`, else all cores this process may use.
+    debug : bool
+        Look for indices out of range while kernels run; about five times slower.
 
     Returns
     -------
@@ -96,6 +98,7 @@ def start(threads: int | None = None) -> ModuleType:
                 cpu_max_num_threads=threads,
                 log_level=ti.CRITICAL,  # what is an error reaches us as an exception
                 offline_cache=True,
+                debug=debug,
                 verbose=False,
             )
         complaints.refuse_bad_indices(ti)

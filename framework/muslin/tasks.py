@@ -177,15 +177,15 @@ class Functions:
         return f"<functions of {paths.shown(self.folder)}>"
 
 
-def load(folder: Path | str, assignment_name: str = "cloth") -> Functions:
+def load(folder: Path | str, table: Assignment | str = "cloth") -> Functions:
     """Read the task functions of any folder.
 
     Parameters
     ----------
     folder : path
         A folder with (some of) the assignment's files.
-    assignment_name : str
-        Which assignment it answers.
+    table : Assignment or str
+        Which assignment it answers, or its name.
 
     Returns
     -------
@@ -202,7 +202,7 @@ def load(folder: Path | str, assignment_name: str = "cloth") -> Functions:
         raise MuslinError(
             f"There is no folder {paths.shown(folder)}.", "Name a folder with the assignment's files."
         )
-    table = assignment(assignment_name)
+    table = assignment(table) if isinstance(table, str) else table
     if not any((folder / file).exists() for file in table.files):
         raise MuslinError(
             f"There are no task files in {paths.shown(folder)}.",

@@ -1,0 +1,104 @@
+"""What a record has to say, in plain words and in reading order: shared by every view that is read by people.
+
+The texts returned here are still raw; views escape and cap them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from muslin.grading.record import ERROR, FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Check, Record, TaskResult
+
+#: How a status is said to a person.
+WORDS = {
+    PASSED: "passed",
+    FAILED: "not right yet",
+    NOT_IMPLEMENTED: "not implemented yet",
+    ERROR: "cannot be run",
+    SKIPPED: "skipped",
+}
+
+#: Most characters that are shown of a check's message and of what a submission printed.
+MESSAGE, OUTPUT = 6_000, 6_000
+
+
+def numbered(record: Record) -> Iterator[tuple[str, TaskResult]]:
+    """Tasks with their numbers: the second task of the first section is "1.2"."""
+    sections: list[str] = []
+    count = 0
+    for task in record.tasks:
+        if not sections or task.section != sections[-1]:
+            sections.append(task.section)
+            count = 0
+        count += 1
+        yield f"{len(sections)}.{count}", task
+
+
+def shown_checks(task: TaskResult) -> list[Check]:
+    """The checks worth reading: those that failed, or nothing if all is well."""
+    return [check for check in task.checks if check.status == FAILED]
+
+
+def told(check: Check) -> list[str]:
+    """A check in lines: its name and message, then the likely mistake and the next step where they are known."""
+    first, *more = check.message.split("\n")
+    lines = [f"{check.name}: {first}", *(f"  {line}" for line in more)]
+    if check.diagnosis:
+        lines.append(f"Likely mistake: {check.diagnosis}")
+    if check.advice:
+        lines.append(f"Next step: {check.advice}")
+    return lines
+
+
+def task_told(task: TaskResult) -> str:
+    """What a student should read about a task."""
+    if task.status == NOT_IMPLEMENTED:
+        return f"Not implemented yet. The handout explains it in section {task.section}, the file is {task.file}."
+    failed = shown_checks(task)
+    if not failed:
+        passed = [check for check in task.checks if check.status == PASSED]
+        return "\n".join(f"{check.name}: {check.message}" for check in passed) or "Passed."
+    lines = [line for check in failed for line in told(check)]
+    if skipped := [check.name for check in task.checks if check.status == SKIPPED]:
+        lines.append(f"Not looked at because of that: {', '.join(skipped)}.")
+    lines.append(f"Handout: section {task.section}. File: {task.file}.")
+    return "\n".join(lines)
+
+
+def simulation_told(record: Record) -> str:
+    """What became of the simulation."""
+    simulation = record.simulation
+    lines = [simulation.message]
+    for check in simulation.checks:
+        if check.status == FAILED:
+            lines += told(check)
+    if simulation.stand_ins:
+        lines.append(
+            f"Muslin's own code stood in for: {', '.join(simulation.stand_ins)}. "
+            "The simulation earns no points of its own."
+        )
+    return "\n".join(lines)
+
+
+def circumstances(record: Record) -> list[tuple[str, str]]:
+    """How the grading was done: name and value, in reading order."""
+    environment, hidden = record.environment, record.hidden
+    cases = f"{hidden.get('cases', 0)} drawn per task"
+    if hidden.get("instructor"):
+        cases += f", {hidden['instructor']} per task from the instructor"
+    safety = record.safety
+    known = [name for name in ("muslin", "taichi", "numpy", "python", "platform") if name in environment]
+    mode = [
+        f"{name.replace('_', ' ')} {environment[name]}"
+        for name in ("precision", "threads", "fast_math")
+        if name in environment
+    ]
+    return [
+        ("Submission", f"{record.submission.name}, sha256 {record.submission.sha256}"),
+        ("Assignment", f"{record.assignment.get('name', '')} {record.assignment.get('version', '')}".strip()),
+        ("Seed", f"{record.seed} (hidden cases: {cases})"),
+        ("Safety", f"{safety.level} (asked for: {safety.asked})"),
+        ("Versions", ", ".join(f"{name} {environment[name]}" for name in known)),
+        ("Mode", ", ".join(mode)),
+        *(("Note", note) for note in (*record.submission.notes, *safety.notes)),
+    ]

@@ -1,0 +1,204 @@
+"""The other side of the sandbox: the nursery that forks workers, and the workers that run a submission.
+
+The grader starts one nursery per submission, `python -I` with an empty environment. It encloses itself, imports
+Taichi once, and forks a worker for every task file it is asked for. A worker receives the bytes of its files and
+input arrays, and answers with raw arrays; neither process is ever sent an expected value. The nursery runs no
+student code.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import ctypes
+import json
+import os
+import shutil
+import signal
+import socket
+import sys
+import tempfile
+from pathlib import Path
+from typing import Any
+
+from muslin.grading import isolation
+
+#: Longest error text a worker sends [characters].
+LONGEST_MESSAGE = 4000
+
+
+def nursery(control_number: int, config: dict[str, Any]) -> None:
+    """Serve the grader until it closes the control channel.
+
+    Requests are JSON lines: {"spawn": n} with two descriptors, a channel and a pipe for what is printed, and
+    {"end": n}, which kills worker n with all it has started and answers how it ended.
+    """
+    control = socket.socket(fileno=control_number)
+    level = config["level"]
+    isolation.die_with_parent()
+    isolation.adopt_orphans()
+    taken = isolation.threads_of(os.getuid())
+    if level == "namespace":
+        isolation.enclose(config["view"], config["hidden"], config["scratch"])
+    _import_everything()
+    control.sendall(b'{"ready": true}\n')
+    workers: dict[int, tuple[int, str]] = {}  # number -> process, private folder
+    while True:
+        data, descriptors, _, _ = socket.recv_fds(control, 4096, 2)
+        if not data:
+            break
+        request = json.loads(data)
+        if "spawn" in request:
+            number = request["spawn"]
+            user = config["user"] + number if config["user"] is not None else None
+            home = isolation.HOME if level == "namespace" else tempfile.mkdtemp(dir=config["scratch"])
+            if user is not None and level == "uid":
+                os.chown(home, user, user)
+            fork = isolation.fork_into_new_processes if level == "namespace" else os.fork
+            pid = fork()
+            if pid == 0:
+                control.close()
+                try:
+                    os.setsid()
+                    if level == "namespace":
+                        isolation.furnish()
+                        for path in request["covered"]:
+                            isolation.hide(path)
+                    isolation.confine(user, isolation.PROCESSES + (taken if user is None else 0))
+                    _worker(*descriptors, home, request)
+                except BaseException as error:
+                    os.write(2, f"{type(error).__name__}: {error}\n".encode())
+                finally:
+                    os._exit(0)
+            for descriptor in descriptors:
+                os.close(descriptor)
+            workers[number] = pid, home
+            control.sendall(b'{"spawned": true}\n')
+        else:
+            pid, home = workers.pop(request["end"])
+            with contextlib.suppress(OSError):
+                if level != "namespace":
+                    os.killpg(pid, signal.SIGKILL)
+            with contextlib.suppress(OSError):
+                os.kill(pid, signal.SIGKILL)
+            _, status = os.waitpid(pid, 0)
+            if level == "uid":
+                isolation.empty_user(config["user"] + request["end"])
+            isolation.kill_orphans(spared=(other for other, _ in workers.values()))
+            if level != "namespace":
+                shutil.rmtree(home, ignore_errors=True)
+            answer = {"ended": os.waitstatus_to_exitcode(status)}
+            control.sendall(json.dumps(answer).encode() + b"\n")
+    for pid, _ in workers.values():
+        with contextlib.suppress(OSError):
+            os.kill(pid, signal.SIGKILL)
+    isolation.kill_orphans(spared=())
+
+
+def _import_everything() -> None:
+    """All a worker needs before student code, so that forking is all it costs; not the native element."""
+    from muslin import runtime
+
+    runtime.taichi()
+    import muslin.batch
+    import muslin.given
+    import muslin.grading.wire
+    import muslin.tasks  # noqa: F401
+
+
+def _worker(channel_number: int, printed: int, home: str, request: dict[str, Any]) -> None:
+    """Become the worker: its own home and environment, everything it prints into the pipe; then serve."""
+    channel = socket.socket(fileno=channel_number)
+    nothing = os.open(os.devnull, os.O_RDWR)
+    os.dup2(nothing, 0)
+    os.dup2(printed, 1)
+    os.dup2(printed, 2)
+    for number in {nothing, printed} - {0, 1, 2}:
+        os.close(number)
+    os.chdir(home)
+    os.environ.update(HOME=home, TMPDIR=home, TI_OFFLINE_CACHE_FILE_PATH=f"{home}/kernels")
+    tempfile.tempdir = home
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    serve(channel, Path(home), bool(request.get("debug")))
+
+
+def serve(channel: socket.socket, home: Path, debug: bool) -> None:
+    """Answer requests until the grader closes the channel.
+
+    "load" takes the manifest and the task files as bytes and tells what is wrong with each task's function;
+    "evaluate" takes a task and its inputs; "simulate" is `muslin.grading.simulating.measure`.
+    """
+    from muslin import batch, tasks
+    from muslin.errors import MuslinError, NotImplementedYet
+    from muslin.grading import wire
+
+    os.listdir(Path(os.__file__).parent)  # a user who may not read Python cannot run anything
+    wire.send(channel, {"id": "ready"})
+    functions: tasks.Functions | None = None
+    while True:
+        try:
+            header, arrays = wire.receive(channel)
+        except wire.Gone:
+            return
+        reply: dict[str, Any] = {"id": header["id"]}
+        results: dict[str, Any] = {}
+        try:
+            if header["do"] == "load":
+                for name, data in arrays.items():
+                    (home / name).write_bytes(data.tobytes())
+                table = tasks.read_assignment(home)
+                _start(debug)
+                functions = tasks.load(home, table)
+                failures = {
+                    task: _failure(tasks.failure_of(functions[task]))
+                    for task in table.tasks
+                    if tasks.failure_of(functions[task])
+                }
+                reply["failures"] = failures
+            elif header["do"] == "evaluate":
+                assert functions is not None
+                got = batch.evaluate(functions[header["task"]], **arrays)
+                got = got if isinstance(got, tuple) else (got,)
+                results = {str(k): array for k, array in enumerate(got)}
+            else:
+                from muslin.grading import simulating
+
+                assert functions is not None
+                results = simulating.measure(functions, header, arrays)
+        except NotImplementedYet as error:
+            reply["error"] = ["stub", str(error)]
+        except MuslinError as error:
+            reply["error"] = ["code", str(error)[:LONGEST_MESSAGE]]
+        except BaseException as error:
+            text = f"{type(error).__name__}: {error}"
+            reply["error"] = ["python", text[:LONGEST_MESSAGE]]
+        _flush()
+        wire.send(channel, reply, results)
+
+
+def _failure(error: Any) -> list[str]:
+    from muslin.errors import NotImplementedYet
+
+    kind = "stub" if isinstance(error, NotImplementedYet) else "code"
+    return [kind, str(error)[:LONGEST_MESSAGE]]
+
+
+def _start(debug: bool) -> None:
+    """Start Taichi as grading pins it, and keep student code from starting it anew."""
+    from muslin import runtime
+    from muslin.errors import StudentCodeError
+
+    ti = runtime.start(threads=1, debug=debug)
+
+    def forbidden(*_: Any, **__: Any) -> None:
+        raise StudentCodeError("ti.init or ti.reset is called.", "Muslin starts Taichi itself: take it out.")
+
+    ti.init = ti.reset = forbidden
+
+
+def _flush() -> None:
+    """What has been printed so far belongs to the request it was printed in."""
+    for stream in (sys.stdout, sys.stderr):
+        with contextlib.suppress(Exception):
+            stream.flush()
+    with contextlib.suppress(Exception):
+        ctypes.CDLL(None).fflush(None)
