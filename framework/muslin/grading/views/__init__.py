@@ -9,7 +9,7 @@
 | `record_json` | the record itself |
 | `gradescope`, `exercism`, `classroom50`, `junit` | what these platforms read |
 | `grades_csv`  | a row for the grade book |
-| `html_report` | one self-contained page: `pictures` and `energy_plot` draw its pictures, `style` is its look |
+| `html_report` | one self-contained page: `pictures` and `energy_plot` draw for it, `report.css` is its look |
 | `story`       | the words all of them share |
 | `text`        | what makes hostile text harmless |
 
@@ -104,6 +104,6 @@ def schema(name: str) -> dict[str, Any]:
     """
     if name not in SCHEMAS:
         raise MuslinError(f"There is no schema {name!r}.", f"There is: {', '.join(SCHEMAS)}.")
-    text = resources.files("muslin.grading").joinpath("schemas", f"{name}.json").read_text("utf-8")
+    text = (resources.files("muslin.grading") / "schemas" / f"{name}.json").read_text("utf-8")
     loaded: dict[str, Any] = json.loads(text)
     return loaded

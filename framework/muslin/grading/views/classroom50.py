@@ -53,7 +53,7 @@ def render(record: Record, context: Mapping[str, Any] | None = None) -> str:
     }
     scores = whole([task.score for task in record.tasks])
     most = whole([task.max_score for task in record.tasks])
-    data = {
+    data: dict[str, Any] = {
         "schema": "classroom50/result/v1",
         **{key: given.get(key, value) for key, value in known.items()},
         **{key: given[key] for key in ("graded_at", "submitted_by") if key in given},

@@ -46,14 +46,16 @@ def render(record: Record, visibility: str = "visible") -> str:
 
 
 def _summary(record: Record) -> str:
-    lines = [f"{record.assignment.get('title', '')}: {points(record.score)} of {points(record.max_score)} points"]
+    lines = [
+        f"{record.assignment.get('title', '')}: {points(record.score)} of {points(record.max_score)} points"
+    ]
     return "\n".join([*lines, "", *(f"{name}: {value}" for name, value in story.circumstances(record))])
 
 
 def _test(number: str, task: TaskResult) -> dict[str, Any]:
-    output = f"{story.WORDS[task.status].capitalize()}.\n{story.task_told(task)}"
+    output = f"{story.WORDS[task.status].capitalize()}.\n{capped(story.task_told(task), LIMIT // 2)}"
     if task.output:
-        output += f"\n\nYour code printed:\n{capped(task.output, LIMIT // 3)}"
+        output += f"\n\nYour code printed:\n{story.printed(task, LIMIT // 3)}"
     return {
         "number": number,
         "name": one_line(f"{task.name}: {task.title}"),
@@ -82,9 +84,7 @@ def _simulation(record: Record, number: int) -> dict[str, Any]:
         "max_score": 0,
         # Gradescope knows no third status: skipped is not failed.
         "status": "passed" if status in (PASSED, SKIPPED) else "failed",
-        "output": capped(
-            f"{story.WORDS[status].capitalize()}.\n{story.simulation_told(record)}", LIMIT
-        ),
+        "output": capped(f"{story.WORDS[status].capitalize()}.\n{story.simulation_told(record)}", LIMIT),
         "output_format": "text",
         "tags": ["simulation", status],
         "extra_data": {"status": status, "scene": one_line(record.simulation.scene)},

@@ -15,15 +15,15 @@ LIMIT = 20_000
 def render(record: Record) -> str:
     """The record as JUnit XML. A task that is not implemented yet counts as a failure, never as an error."""
     statuses = [task.status for task in record.tasks] + [record.simulation.status]
-    counts = {
+    counts: dict[str, str] = {
         "tests": str(len(statuses)),
         "failures": str(sum(status not in (PASSED, SKIPPED, ERROR) for status in statuses)),
         "errors": str(statuses.count(ERROR)),
         "skipped": str(statuses.count(SKIPPED)),
         "time": f"{float(record.timing.get('seconds', 0.0)):.3f}",
     }
-    root = xml.Element("testsuites", name="muslin", **counts)
-    suite = xml.SubElement(root, "testsuite", name=one_line(record.assignment.get("name", "")), **counts)
+    root = xml.Element("testsuites", {"name": "muslin", **counts})
+    suite = xml.SubElement(root, "testsuite", {"name": one_line(record.assignment.get("name", "")), **counts})
     properties = xml.SubElement(suite, "properties")
     of_tasks = ((f"score {t.name}", f"{points(t.score)} of {points(t.max_score)}") for t in record.tasks)
     total = ("score", f"{points(record.score)} of {points(record.max_score)}")
@@ -53,5 +53,6 @@ def render(record: Record) -> str:
 def _fault(case: xml.Element, status: str, message: str, text: str) -> None:
     kind = {SKIPPED: "skipped", ERROR: "error"}.get(status, "failure")
     first = one_line(message.split("\n")[0], 300)
-    element = xml.SubElement(case, kind, message=first, **({} if kind == "skipped" else {"type": status}))
+    about = {"message": first} if kind == "skipped" else {"message": first, "type": status}
+    element = xml.SubElement(case, kind, about)
     element.text = capped(text, LIMIT)

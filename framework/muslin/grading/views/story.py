@@ -1,6 +1,6 @@
 """What a record has to say, in plain words and in reading order: shared by every view that is read by people.
 
-The texts returned here are still raw; views escape and cap them.
+But for `printed`, texts returned here are still raw: views escape and cap them.
 """
 
 from __future__ import annotations
@@ -8,6 +8,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from muslin.grading.record import ERROR, FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Check, Record, TaskResult
+from muslin.grading.views.text import capped
 
 #: How a status is said to a person.
 WORDS = {
@@ -80,6 +81,11 @@ def simulation_told(record: Record) -> str:
     return "\n".join(lines)
 
 
+def printed(task: TaskResult, limit: int) -> str:
+    """What the submission printed, escaped and cut, with a margin that no line of it can leave."""
+    return "\n".join(f"| {line}".rstrip() for line in capped(task.output.rstrip("\n"), limit).split("\n"))
+
+
 def circumstances(record: Record) -> list[tuple[str, str]]:
     """How the grading was done: name and value, in reading order."""
     environment, hidden = record.environment, record.hidden
@@ -88,11 +94,8 @@ def circumstances(record: Record) -> list[tuple[str, str]]:
         cases += f", {hidden['instructor']} per task from the instructor"
     safety = record.safety
     known = [name for name in ("muslin", "taichi", "numpy", "python", "platform") if name in environment]
-    mode = [
-        f"{name.replace('_', ' ')} {environment[name]}"
-        for name in ("precision", "threads", "fast_math")
-        if name in environment
-    ]
+    mode = [str(environment.get("precision", "")), f"threads: {environment.get('threads', '')}"]
+    mode.append("fast math" if environment.get("fast_math") else "no fast math")
     return [
         ("Submission", f"{record.submission.name}, sha256 {record.submission.sha256}"),
         ("Assignment", f"{record.assignment.get('name', '')} {record.assignment.get('version', '')}".strip()),

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import re
+
 from muslin.grading.record import ERROR, FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Record, TaskResult
 from muslin.grading.views import story
 from muslin.grading.views.text import capped, one_line, points
 
 _COLOURS = {PASSED: "32", FAILED: "31", ERROR: "31", NOT_IMPLEMENTED: "36", SKIPPED: "2"}
+
+#: How a line of a log gives orders to a CI system (GitHub's `::error::` and `##[error]`, Azure's `##vso[...]`).
+_COMMAND = re.compile(r"^\s*::|##(?=\w*\[)", re.MULTILINE)
 _WIDTH = max(map(len, story.WORDS.values()))
 
 
@@ -46,7 +51,10 @@ def render(record: Record, colour: bool = False) -> str:
     lines += _indented(story.simulation_told(record), story.MESSAGE)
     lines.append("")
     lines += [f"  {name:10}  {one_line(value, 500)}" for name, value in story.circumstances(record)]
-    return "\n".join(lines) + "\n"
+    return (
+        _COMMAND.sub(lambda match: match[0].replace(":", r"\x3a").replace("#", r"\x23"), "\n".join(lines))
+        + "\n"
+    )
 
 
 def _details(task: TaskResult) -> list[str]:
@@ -55,7 +63,7 @@ def _details(task: TaskResult) -> list[str]:
         lines += _indented(story.task_told(task), story.MESSAGE)
     if task.output:
         lines += _indented("Your code printed:", 100)
-        lines += _indented(task.output, story.OUTPUT, "          | ")
+        lines += _indented(story.printed(task, story.OUTPUT), 2 * story.OUTPUT)
     return [*lines, ""] if lines else []
 
 
