@@ -12,6 +12,7 @@ import json
 import zipfile
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -35,13 +36,17 @@ class Verdict:
     case: int | None = None
 
 
-def cases(assignment_name: str, task: str) -> tuple[dict[str, np.ndarray], tuple[np.ndarray, ...]]:
-    """Public cases of a task.
+def cases(
+    assignment_name: str, task: str, folder: Path | None = None
+) -> tuple[dict[str, np.ndarray], tuple[np.ndarray, ...]]:
+    """Reference cases of a task.
 
     Parameters
     ----------
     assignment_name, task : str
         Which task.
+    folder : Path, optional
+        Where the data are; default the public ones.
 
     Returns
     -------
@@ -58,7 +63,7 @@ def cases(assignment_name: str, task: str) -> tuple[dict[str, np.ndarray], tuple
     entry = tasks.assignment(assignment_name).tasks.get(task)
     if entry is None:
         raise MuslinError(f"The assignment {assignment_name!r} has no task {task!r}.")
-    path = paths.reference(assignment_name) / f"{task}.npz"
+    path = (folder or paths.reference(assignment_name)) / f"{task}.npz"
     try:
         with np.load(path, allow_pickle=False) as data:
             inputs = {value.name: data[value.name] for value in entry.arguments}
@@ -147,35 +152,17 @@ def compare(
         With a message for people: the worst case, yours, expected, the error.
     """
     outputs = (got,) if isinstance(got, np.ndarray) else tuple(got)
-    if len(outputs) != len(expected):
-        return Verdict(task.name, False, f"returns {len(outputs)} values where {len(expected)} are asked.")
+    if (fault := form(task, outputs, expected, inputs)) is not None:
+        return fault
     worst, case, which = 0.0, 0, 0
-    for k, (value, output, right) in enumerate(zip(task.results, outputs, expected, strict=True)):
-        output = np.asarray(output)
-        if output.shape != right.shape:
-            return Verdict(
-                task.name, False, f"{value.name} has shape {output.shape}; asked is {right.shape}."
-            )
-        if output.dtype != right.dtype:
-            message = f"{value.name} is of type {output.dtype}; asked is {right.dtype}."
-            return Verdict(task.name, False, message)
-        flat = output.reshape(len(output), -1)
-        if not np.isfinite(flat).all():
-            first = int(np.flatnonzero(~np.isfinite(flat).all(axis=1))[0])
-            message = "\n".join(
-                [
-                    f"case {first}: {value.name} is not finite. Is something divided by zero?",
-                    *_inputs(task, inputs, first),
-                    *_block("yours", output[first]),
-                ]
-            )
-            return Verdict(task.name, False, message, np.inf, first)
+    for k, (output, right) in enumerate(zip(outputs, expected, strict=True)):
         error = _size(output.astype(np.float64) - right)
         scale = natural_scale(task.name, right, inputs, k)
         if right.dtype.kind == "i":  # an integer is right or wrong
-            relative = np.where(error > 0, 1.0, 0.0)
+            relative = np.where(error == 0, 0.0, 1.0)
         else:
-            relative = np.where(error > 0, error / np.where(scale > 0, scale, np.finfo(float).tiny), 0.0)
+            relative = np.where(error == 0, 0.0, error / np.where(scale > 0, scale, np.finfo(float).tiny))
+            relative = np.nan_to_num(relative, nan=np.inf, posinf=np.inf)
         if relative.max(initial=0.0) > worst:
             worst, case, which = float(relative.max()), int(relative.argmax()), k
     if worst <= tolerance:
@@ -193,6 +180,36 @@ def compare(
         ]
     )
     return Verdict(task.name, False, message, worst, case)
+
+
+def form(
+    task: tasks.Task,
+    outputs: Sequence[np.ndarray],
+    expected: Sequence[np.ndarray],
+    inputs: Mapping[str, np.ndarray],
+) -> Verdict | None:
+    """What is wrong with the number, shapes, types or finiteness of results, before any value is compared."""
+    if len(outputs) != len(expected):
+        return Verdict(task.name, False, f"returns {len(outputs)} values where {len(expected)} are asked.")
+    for value, output, right in zip(task.results, outputs, expected, strict=True):
+        if output.shape != right.shape:
+            message = f"{value.name} has shape {output.shape}; asked is {right.shape}."
+            return Verdict(task.name, False, message)
+        if output.dtype != right.dtype:
+            message = f"{value.name} is of type {output.dtype}; asked is {right.dtype}."
+            return Verdict(task.name, False, message)
+        finite = np.isfinite(output.reshape(len(output), -1)).all(axis=1)
+        if not finite.all():
+            first = int(np.flatnonzero(~finite)[0])
+            message = "\n".join(
+                [
+                    f"case {first}: {value.name} is not finite. Is something divided by zero?",
+                    *_inputs(task, inputs, first),
+                    *_block("yours", output[first]),
+                ]
+            )
+            return Verdict(task.name, False, message, np.inf, first)
+    return None
 
 
 def check(

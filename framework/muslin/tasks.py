@@ -17,7 +17,7 @@ import sys
 import textwrap
 import traceback
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
@@ -71,6 +71,26 @@ class Task:
 
 
 @dataclass(frozen=True)
+class Grading:
+    """How an assignment is graded: the manifest's `[grading]`.
+
+    Attributes
+    ----------
+    deadline, simulation_deadline : float
+        Time a task and the simulation may take, compilation included [s].
+    hidden_cases : int
+        Random cases drawn per task for every submission.
+    credit : mapping
+        Share of a task's points for each layer of its checks, earned only if all layers before it have passed.
+    """
+
+    deadline: float = 20.0
+    simulation_deadline: float = 60.0
+    hidden_cases: int = 20
+    credit: Mapping[str, float] = field(default_factory=lambda: {"hidden": 0.7, "properties": 0.3})
+
+
+@dataclass(frozen=True)
 class Assignment:
     """A manifest, read."""
 
@@ -78,6 +98,7 @@ class Assignment:
     title: str
     version: str
     tasks: Mapping[str, Task]
+    grading: Grading = Grading()
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -125,13 +146,32 @@ def read_assignment(folder: Path | str) -> Assignment:
             )
             for name, entry in table["task"].items()
         }
-        return Assignment(table["name"], table["title"], table["version"], MappingProxyType(tasks))
+        grading = _grading(table.get("grading", {}), path)
+        return Assignment(table["name"], table["title"], table["version"], MappingProxyType(tasks), grading)
     except FileNotFoundError:
         raise MuslinError(f"There is no {MANIFEST} in {paths.shown(folder)}.") from None
     except tomllib.TOMLDecodeError as error:
         raise MuslinError(f"{paths.shown(path)} is not valid TOML: {error}.") from None
     except KeyError as error:
         raise MuslinError(f"{paths.shown(path)} lacks the entry {error}.") from None
+
+
+def _grading(table: Mapping[str, Any], path: Path) -> Grading:
+    try:
+        grading = Grading(**table)
+        shares = grading.credit.values()
+        sound = all(share >= 0 for share in shares) and abs(sum(shares) - 1) < 1e-9
+        sound = sound and set(grading.credit) <= {"form", "public", "hidden", "properties"}
+        sound = sound and min(grading.deadline, grading.simulation_deadline) > 0 and grading.hidden_cases > 0
+    except (TypeError, AttributeError):
+        sound = False
+    if not sound:
+        raise MuslinError(
+            f"The table [grading] in {paths.shown(path)} cannot be understood.",
+            "It takes deadline, simulation_deadline, hidden_cases, and credit: shares of the layers form, "
+            "public, hidden and properties that sum to 1.",
+        )
+    return grading
 
 
 def assignment(name: str = "cloth") -> Assignment:

@@ -1,0 +1,376 @@
+"""`grade`: a submission in, a record out."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import platform
+import signal
+import time
+from collections.abc import Callable, Mapping
+from concurrent.futures import ThreadPoolExecutor
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+import muslin
+from muslin import paths, runtime, tasks
+from muslin.errors import MuslinError
+from muslin.grading import checks, simulating, wire
+from muslin.grading.checks import Outcome, Private, Verdict
+from muslin.grading.record import PASSED, Record, Simulation, TaskResult
+from muslin.grading.sandbox import Crashed, Sandbox, Worker
+from muslin.grading.submission import Handed, collect
+from muslin.tasks import MANIFEST, Assignment
+
+#: Called as (done, total, what) while grading goes on.
+Progress = Callable[[int, int, str], None]
+
+
+def grade(
+    submission: Path | str,
+    assignment: str = "cloth",
+    *,
+    hidden: Path | str | None = None,
+    seed: str | int | None = None,
+    safety: str = "auto",
+    deadline: float | None = None,
+    on_progress: Progress | None = None,
+) -> Record:
+    """Grade a submission.
+
+    Parameters
+    ----------
+    submission : path
+        A folder, a zip or a tar with (some of) the assignment's files.
+    assignment : str
+    hidden : path, optional
+        An instructor's hidden reference data, from `muslin reference build --hidden`; used besides the hidden
+        cases drawn for every submission.
+    seed : str or int, optional
+        What those are drawn from; default the submission's own bytes and the instructor's secret, so that the
+        same submission always meets the same cases.
+    safety : {"auto", "namespace", "uid", "process"}
+        How the submission is kept apart; see `muslin.grading.sandbox`.
+    deadline : float, optional
+        Time a task may take, compilation included [s]; default the manifest's.
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Record
+        Whatever the submission does, every task of the table has its verdict.
+
+    Raises
+    ------
+    MuslinError
+        If the grading itself cannot be done: no such submission, assignment, hidden data or safety level.
+    """
+    began = time.monotonic()
+    table = tasks.assignment(assignment)
+    handed = collect(submission, table)
+    folder, secret = _instructors(hidden, table)
+    drawn_from = _seed(seed, handed, secret)
+    total = 2 * len(table.tasks) + 1
+    done = 0
+
+    def tick(what: str) -> None:
+        nonlocal done
+        done += 1
+        if on_progress:
+            on_progress(done, total, what)
+
+    seconds = dict.fromkeys(table.tasks, 0.0)
+    secrets = [folder] if folder else []
+    with Sandbox(safety, secrets) as sandbox, ThreadPoolExecutor(max(2, runtime.usable_cores())) as pool:
+        limit = deadline or table.grading.deadline
+        parts = [_Part(sandbox, table, handed, file, limit, seconds) for file in table.files]
+        asked = [(part, pool.submit(part.public, tick)) for part in parts]
+        stages = {task: checks.private(table, task, drawn_from, folder) for task in table.tasks}
+        verdicts: dict[str, Verdict] = {}
+        for _, answer in asked:  # all public output is in before any hidden input goes out
+            verdicts.update(answer.result())
+        private = [pool.submit(part.private, verdicts, stages, tick) for part in parts]
+        passing = _passing(verdicts)
+        simulation = _simulate(sandbox, table, handed, passing, pool)
+        for finished in private:
+            finished.result()
+        if _passing(verdicts) != passing:  # some did not stand the private stage
+            simulation = _simulate(sandbox, table, handed, _passing(verdicts), pool)
+        tick("simulation")
+    results = tuple(_result(table, verdicts[name]) for name in table.tasks)
+    return Record(
+        assignment={"name": table.name, "title": table.title, "version": table.version},
+        submission=handed.about,
+        environment=_environment(),
+        safety=sandbox.safety,
+        seed=drawn_from,
+        hidden={
+            "cases": table.grading.hidden_cases,
+            "instructor": len(next(iter(stages.values())).expected[0]) - table.grading.hidden_cases,
+        },
+        tasks=results,
+        simulation=simulation,
+        timing={
+            "seconds": round(time.monotonic() - began, 3),
+            "tasks": {name: round(spent, 3) for name, spent in seconds.items()},
+        },
+    )
+
+
+class _Part:
+    """The tasks of one file, and the worker that runs it; a worker that dies costs the task it was at."""
+
+    def __init__(
+        self,
+        sandbox: Sandbox,
+        table: Assignment,
+        handed: Handed,
+        file: str,
+        deadline: float,
+        seconds: dict[str, float],
+    ):
+        self._sandbox, self._table, self._deadline, self._seconds = sandbox, table, deadline, seconds
+        self._file, self._tasks = file, [task for task in table.tasks.values() if task.file == file]
+        self._missing = handed.refused.get(file)
+        self._files = {file: handed.files[file]} if file in handed.files else {}
+        self._worker: Worker | None = None
+        self._failures: dict[str, list[str]] = {}
+        self._loaded = False
+        self._broken: Outcome | None = None  # the file itself cannot be loaded
+
+    def public(self, tick: Callable[[str], None]) -> dict[str, Verdict]:
+        """The public stage of its tasks."""
+        from muslin import reference
+
+        verdicts = {}
+        for task in self._tasks:
+            inputs, _ = reference.cases(self._table.name, task.name)
+            outcome = self._ask(task.name, inputs)
+            if outcome.kind == "crash":
+                outcome = self._explained(task.name, inputs, outcome)
+            verdicts[task.name] = checks.judge_public(self._table, task, outcome)
+            tick(task.name)
+        return verdicts
+
+    def private(
+        self, verdicts: Mapping[str, Verdict], stages: Mapping[str, Private], tick: Callable[[str], None]
+    ) -> None:
+        """The private stage of those of its tasks that run."""
+        for task in self._tasks:
+            verdict, stage = verdicts[task.name], stages[task.name]
+            runs = verdict.passed("form")
+            outcome = self._ask(task.name, stage.inputs()) if runs else None
+            checks.judge_private(verdict, stage, outcome)
+            tick(task.name)
+        if self._worker:
+            self._worker.close()
+
+    def _ask(self, task: str, inputs: Mapping[str, np.ndarray], debug: bool = False) -> Outcome:
+        if self._missing:
+            return Outcome(kind="file", text=self._missing)
+        if self._broken:
+            return self._broken
+        began = time.monotonic()
+        spent = self._seconds[task]
+        deadline = began + max(self._deadline - spent, 1.0)
+        try:
+            if (trouble := self._load(deadline, debug)) is not None:
+                return trouble
+            if task in self._failures:
+                return Outcome(kind=self._failures[task][0], text=self._failures[task][1])
+            assert self._worker is not None
+            request = {"do": "evaluate", "task": task}
+            _, results, trouble = _asked(self._worker, request, inputs, deadline, self._deadline)
+            if trouble is not None:
+                return trouble
+            return Outcome(tuple(results[key] for key in sorted(results)), printed=self._worker.printed())
+        finally:
+            self._seconds[task] += time.monotonic() - began
+
+    def _load(self, deadline: float, debug: bool) -> Outcome | None:
+        """A worker with the file loaded; what went wrong, if anything did."""
+        if self._worker is not None and self._worker.status is None:
+            return None
+        self._worker = self._sandbox.worker(_COVERED, debug)
+        failures, trouble = _load(self._worker, self._table, self._files, deadline, self._deadline)
+        if trouble is None:
+            self._failures, self._loaded = failures, True
+        elif not self._loaded:  # so it never will be
+            self._broken = trouble
+        return trouble
+
+    def _explained(self, task: str, inputs: Mapping[str, np.ndarray], crash: Outcome) -> Outcome:
+        """Run a task that crashed once more, with Taichi looking for indices out of range."""
+        again = self._ask(task, inputs, debug=True)
+        if self._worker:
+            self._worker.close()
+        if again.kind in ("code", "python"):
+            return Outcome(kind="crash", text=f"{crash.text} {again.text}", printed=crash.printed)
+        return crash
+
+
+#: What a worker with a single task's file need not see: the framework's own element.
+_COVERED = (Path(muslin.__file__).resolve().parent / "elements",)
+
+
+def _load(
+    worker: Worker, table: Assignment, files: Mapping[str, bytes], deadline: float, allowed: float
+) -> tuple[dict[str, list[str]], Outcome | None]:
+    """Load task files into a worker: what is wrong with which function, or why it could not be done."""
+    manifest = paths.assignment(table.name) / MANIFEST
+    contents = {MANIFEST: manifest.read_bytes(), **files}
+    arrays = {name: np.frombuffer(data, dtype=np.uint8) for name, data in contents.items()}
+    header, _, trouble = _asked(worker, {"do": "load"}, arrays, deadline, allowed)
+    if trouble is not None:
+        prefix = "" if trouble.kind in ("code", "stub") else "While the file is imported: "
+        return {}, Outcome(trouble.kind, (), prefix + trouble.text, trouble.printed)
+    failures = header.get("failures")
+    if not isinstance(failures, dict) or not all(_is_error(entry) for entry in failures.values()):
+        return {}, Outcome(kind="garbled", text=_GARBLED)
+    return failures, None
+
+
+def _asked(
+    worker: Worker,
+    request: Mapping[str, Any],
+    arrays: Mapping[str, np.ndarray],
+    deadline: float,
+    allowed: float,
+) -> tuple[dict[str, Any], dict[str, np.ndarray], Outcome | None]:
+    """Ask a worker: its answer, or what went wrong."""
+    try:
+        header, results = worker.ask(request, arrays, deadline)
+    except wire.TooLate:
+        kind, text = "late", (
+            f"It took longer than {allowed:g} s, compilation included, and was stopped. Is there an endless loop?"
+        )
+    except wire.Garbled:
+        kind, text = "garbled", _GARBLED
+    except Crashed as crash:
+        kind, text = "crash", _crash(crash.status)
+    else:
+        error = header.get("error")
+        if error is None:
+            return header, results, None
+        kind, text = error if _is_error(error) else ("garbled", _GARBLED)
+    return {}, {}, Outcome(kind=kind, text=text, printed=worker.printed())
+
+
+_GARBLED = "It answered with something that is not an array."
+
+
+def _is_error(entry: Any) -> bool:
+    """Whether what a worker says of an error is of the form [kind, text]."""
+    return (
+        isinstance(entry, list)
+        and len(entry) == 2
+        and entry[0] in ("stub", "code", "python")
+        and isinstance(entry[1], str)
+    )
+
+
+def _crash(status: int) -> str:
+    if status >= 0:
+        return f"It ended the process it ran in (exit code {status}) instead of returning a result."
+    try:
+        name = signal.Signals(-status).name
+    except ValueError:
+        name = f"signal {-status}"
+    means = {
+        "SIGSEGV": "a segmentation fault: it reads or writes where it may not, such as outside an array",
+        "SIGABRT": "Taichi gave up",
+        "SIGKILL": "it was killed: out of memory, or killed by itself",
+        "SIGXFSZ": "it wrote too large a file",
+    }.get(name, name)
+    return f"It crashed ({means})."
+
+
+def _simulate(
+    sandbox: Sandbox, table: Assignment, handed: Handed, usable: frozenset[str], pool: ThreadPoolExecutor
+) -> Simulation:
+    """The functions that passed, together; the framework's own element in place of the others."""
+    expected = simulating.reference(table.name)
+    if expected is None:
+        return simulating.skipped("This assignment has no simulation.")
+    if not usable:
+        return simulating.skipped("skipped: none of the functions works yet.")
+    stand_ins = tuple(name for name in table.tasks if name not in usable)
+    allowed = table.grading.simulation_deadline
+
+    def ask(what: str) -> tuple[dict[str, np.ndarray], str]:
+        deadline = time.monotonic() + allowed
+        worker = sandbox.worker()
+        try:
+            _, trouble = _load(worker, table, handed.files, deadline, allowed)
+            results: dict[str, np.ndarray] = {}
+            if trouble is None:
+                request = {"do": "simulate", "what": what, "stand_ins": stand_ins}
+                cloth = simulating.test_cloth()
+                _, results, trouble = _asked(worker, request, cloth, deadline, allowed)
+            return results, trouble.text if trouble else ""
+        finally:
+            worker.close()
+
+    asked = {what: pool.submit(ask, what) for what in ("run", "laws")}
+    answers = {what: answer.result() for what, answer in asked.items()}
+    troubles = {what: text for what, (_, text) in answers.items() if text}
+    return simulating.judge(answers["laws"][0], answers["run"][0], expected, usable, stand_ins, troubles)
+
+
+def _passing(verdicts: Mapping[str, Verdict]) -> frozenset[str]:
+    return frozenset(name for name, verdict in verdicts.items() if verdict.status == PASSED)
+
+
+def _result(table: Assignment, verdict: Verdict) -> TaskResult:
+    task = verdict.task
+    return TaskResult(
+        name=task.name,
+        title=task.title,
+        file=task.file,
+        section=task.section,
+        status=verdict.status,
+        score=round(task.points * verdict.credit(table.grading.credit), 2),
+        max_score=float(task.points),
+        checks=tuple(verdict.checks),
+        output=verdict.printed,
+    )
+
+
+def _instructors(hidden: Path | str | None, table: Assignment) -> tuple[Path | None, str]:
+    """The folder of an instructor's hidden data, and the secret in it."""
+    if hidden is None:
+        return None, ""
+    folder = Path(hidden)
+    try:
+        provenance = json.loads((folder / "provenance.json").read_text(encoding="utf-8"))
+        assignment, secret = provenance["assignment"], str(provenance["seed"])
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise MuslinError(
+            f"{paths.shown(folder)} holds no hidden reference data ({error}).",
+            "Make them with: muslin reference build --hidden --seed SECRET --out DIR",
+        ) from None
+    if assignment != table.name:
+        raise MuslinError(f"{paths.shown(folder)} holds data of {assignment!r}, not of {table.name!r}.")
+    return folder, secret
+
+
+def _seed(seed: str | int | None, handed: Handed, secret: str) -> str:
+    if seed is not None:
+        return str(seed)
+    return hashlib.sha256(f"{secret}/{handed.about.sha256}".encode()).hexdigest()[:16]
+
+
+def _environment() -> dict[str, Any]:
+    """Versions, and the mode every grading is pinned to."""
+    return {
+        "muslin": muslin.__version__,
+        **{name: metadata.version(name) for name in ("taichi", "numpy", "mpmath")},
+        "python": platform.python_version(),
+        "platform": f"{platform.system()} {platform.machine()}",
+        "precision": "f64",
+        "threads": 1,
+        "fast_math": False,
+    }
