@@ -150,11 +150,8 @@ def _checks(task: TaskResult) -> str:
 def _check(check: Check) -> str:
     first, _, rest = check.message.partition("\n")
     glyph = f'<span class="glyph {_TONES[check.status]}" aria-hidden="true">{_GLYPHS[check.status]}</span>'
-    said = f'<span class="{_TONES[check.status]}">{story.WORDS[check.status]}</span>'
-    parts = [
-        f"<h4>{glyph} {_line(check.name)} <span class='quiet'>·</span> {said}</h4>",
-        f"<p>{_text(first)}</p>",
-    ]
+    said = f'<span class="aloud">{check.status}: </span>'
+    parts = [f"<h4>{glyph} {said}{_line(check.name)}</h4>", f"<p>{_text(first)}</p>"]
     if rest:
         name = _line(f"{check.name}: numbers")
         parts.append(f'<pre tabindex="0" role="region" aria-label="{name}">{_text(rest)}</pre>')
@@ -220,7 +217,7 @@ def _energies(record: Record) -> str:
     if not simulation.energies and not simulation.reference_energies:
         return ""
     figures = "".join(
-        f"<figure><h4>{name} energy [J]</h4>{svg}"
+        f"<figure><h4>{name.capitalize()} energy [J]</h4>{svg}"
         + (f"<figcaption>{_line(note)}</figcaption>" if note else "")
         + "</figure>"
         for name, svg, note in energy_plot.plots(simulation.energies, simulation.reference_energies)

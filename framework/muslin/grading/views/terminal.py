@@ -28,8 +28,8 @@ def render(record: Record, colour: bool = False) -> str:
     def paint(text: str, code: str) -> str:
         return f"\x1b[{code}m{text}\x1b[0m" if colour else text
 
-    def status(word: str) -> str:
-        return paint(f"{story.WORDS[word]:{_WIDTH}}", _COLOURS[word])
+    def status(word: str, width: int = _WIDTH) -> str:
+        return paint(f"{story.WORDS[word]:{width}}", _COLOURS[word])
 
     widest = max((len(points(task.max_score)) for task in record.tasks), default=1)
     name_width = max((len(one_line(task.name)) for task in record.tasks), default=1)
@@ -47,7 +47,7 @@ def render(record: Record, colour: bool = False) -> str:
             f"  {number:>4}  {status(task.status)}  {score}  {name}  {one_line(task.title)}".rstrip()
         )
         lines += _details(task)
-    lines += ["", f"  Simulation: {status(record.simulation.status).rstrip()}"]
+    lines += ["", f"  Simulation: {status(record.simulation.status, 0)}"]
     lines += _indented(story.simulation_told(record), story.MESSAGE)
     lines.append("")
     lines += [f"  {name:10}  {one_line(value, 500)}" for name, value in story.circumstances(record)]
