@@ -20,6 +20,7 @@ from muslin import paths, runtime, tasks
 from muslin.errors import MuslinError
 from muslin.grading import checks, simulating, wire
 from muslin.grading.checks import Outcome, Private, Verdict
+from muslin.grading.kernels import Store, tidy
 from muslin.grading.record import PASSED, Record, Simulation, TaskResult
 from muslin.grading.sandbox import Crashed, Sandbox, Worker
 from muslin.grading.submission import Handed, collect
@@ -37,6 +38,7 @@ def grade(
     seed: str | int | None = None,
     safety: str = "auto",
     deadline: float | None = None,
+    fresh: bool = False,
     on_progress: Progress | None = None,
 ) -> Record:
     """Grade a submission.
@@ -56,6 +58,8 @@ def grade(
         How the submission is kept apart; see `muslin.grading.sandbox`.
     deadline : float, optional
         Time a task may take, compilation included [s]; default the manifest's.
+    fresh : bool
+        Compile everything anew, instead of taking over what an earlier grading of the same bytes compiled.
     on_progress : callable, optional
 
     Returns
@@ -86,7 +90,8 @@ def grade(
     secrets = [folder] if folder else []
     with Sandbox(safety, secrets) as sandbox, ThreadPoolExecutor(max(2, runtime.usable_cores())) as pool:
         limit = deadline or table.grading.deadline
-        parts = [_Part(sandbox, table, handed, file, limit, seconds) for file in table.files]
+        store = Store(None if fresh else handed.about.sha256)
+        parts = [_Part(sandbox, table, handed, file, limit, seconds, store) for file in table.files]
         asked = [(part, pool.submit(part.public, tick)) for part in parts]
         stages = {task: checks.private(table, task, drawn_from, folder) for task in table.tasks}
         verdicts: dict[str, Verdict] = {}
@@ -94,12 +99,13 @@ def grade(
             verdicts.update(answer.result())
         private = [pool.submit(part.private, verdicts, stages, tick) for part in parts]
         passing = _passing(verdicts)
-        simulation = _simulate(sandbox, table, handed, passing, pool)
+        simulation = _simulate(sandbox, table, handed, passing, store)
         for finished in private:
             finished.result()
         if _passing(verdicts) != passing:  # some did not stand the private stage
-            simulation = _simulate(sandbox, table, handed, _passing(verdicts), pool)
+            simulation = _simulate(sandbox, table, handed, _passing(verdicts), store)
         tick("simulation")
+    tidy()
     results = tuple(_result(table, verdicts[name]) for name in table.tasks)
     return Record(
         assignment={"name": table.name, "title": table.title, "version": table.version},
@@ -131,8 +137,10 @@ class _Part:
         file: str,
         deadline: float,
         seconds: dict[str, float],
+        store: Store,
     ):
         self._sandbox, self._table, self._deadline, self._seconds = sandbox, table, deadline, seconds
+        self._store = store
         self._file, self._tasks = file, [task for task in table.tasks.values() if task.file == file]
         self._missing = handed.refused.get(file)
         self._files = {file: handed.files[file]} if file in handed.files else {}
@@ -166,6 +174,7 @@ class _Part:
             checks.judge_private(verdict, stage, outcome)
             tick(task.name)
         if self._worker:
+            _keep(self._worker, self._store, self._file)
             self._worker.close()
 
     def _ask(self, task: str, inputs: Mapping[str, np.ndarray], debug: bool = False) -> Outcome:
@@ -195,7 +204,10 @@ class _Part:
         if self._worker is not None and self._worker.status is None:
             return None
         self._worker = self._sandbox.worker(_COVERED, debug)
-        failures, trouble = _load(self._worker, self._table, self._files, deadline, self._deadline)
+        known = {} if debug else self._store.load(self._file)
+        failures, trouble = _load(
+            self._worker, self._table, self._files, known, deadline, self._deadline
+        )
         if trouble is None:
             self._failures, self._loaded = failures, True
         elif not self._loaded:  # so it never will be
@@ -216,14 +228,27 @@ class _Part:
 _COVERED = (Path(muslin.__file__).resolve().parent / "elements",)
 
 
+def _keep(worker: Worker, store: Store, part: str) -> None:
+    """Keep what a worker has compiled, if it has come through."""
+    if worker.status is None:
+        _, files, trouble = _asked(worker, {"do": "kernels"}, {}, time.monotonic() + 5, 5)
+        if trouble is None and files:
+            store.save(part, files)
+
+
 def _load(
-    worker: Worker, table: Assignment, files: Mapping[str, bytes], deadline: float, allowed: float
+    worker: Worker,
+    table: Assignment,
+    files: Mapping[str, bytes],
+    kernels: Mapping[str, np.ndarray],
+    deadline: float,
+    allowed: float,
 ) -> tuple[dict[str, list[str]], Outcome | None]:
     """Load task files into a worker: what is wrong with which function, or why it could not be done."""
     manifest = paths.assignment(table.name) / MANIFEST
     contents = {MANIFEST: manifest.read_bytes(), **files}
     arrays = {name: np.frombuffer(data, dtype=np.uint8) for name, data in contents.items()}
-    header, _, trouble = _asked(worker, {"do": "load"}, arrays, deadline, allowed)
+    header, _, trouble = _asked(worker, {"do": "load"}, {**kernels, **arrays}, deadline, allowed)
     if trouble is not None:
         prefix = "" if trouble.kind in ("code", "stub") else "While the file is imported: "
         return {}, Outcome(trouble.kind, (), prefix + trouble.text, trouble.printed)
@@ -289,7 +314,7 @@ def _crash(status: int) -> str:
 
 
 def _simulate(
-    sandbox: Sandbox, table: Assignment, handed: Handed, usable: frozenset[str], pool: ThreadPoolExecutor
+    sandbox: Sandbox, table: Assignment, handed: Handed, usable: frozenset[str], store: Store
 ) -> Simulation:
     """The functions that passed, together; the framework's own element in place of the others."""
     expected = simulating.reference(table.name)
@@ -300,24 +325,27 @@ def _simulate(
     stand_ins = tuple(name for name in table.tasks if name not in usable)
     allowed = table.grading.simulation_deadline
 
-    def ask(what: str) -> tuple[dict[str, np.ndarray], str]:
+    request = {"do": "simulate", "stand_ins": stand_ins}
+    answers: dict[str, dict[str, np.ndarray]] = {"run": {}, "laws": {}}
+    troubles = {}
+    worker = None
+    for what in answers:
         deadline = time.monotonic() + allowed
-        worker = sandbox.worker()
-        try:
-            _, trouble = _load(worker, table, handed.files, deadline, allowed)
-            results: dict[str, np.ndarray] = {}
-            if trouble is None:
-                request = {"do": "simulate", "what": what, "stand_ins": stand_ins}
-                cloth = simulating.test_cloth()
-                _, results, trouble = _asked(worker, request, cloth, deadline, allowed)
-            return results, trouble.text if trouble else ""
-        finally:
-            worker.close()
-
-    asked = {what: pool.submit(ask, what) for what in ("run", "laws")}
-    answers = {what: answer.result() for what, answer in asked.items()}
-    troubles = {what: text for what, (_, text) in answers.items() if text}
-    return simulating.judge(answers["laws"][0], answers["run"][0], expected, usable, stand_ins, troubles)
+        trouble = None
+        if worker is None or worker.status is not None:
+            worker = sandbox.worker()
+            known = store.load("simulation")
+            _, trouble = _load(worker, table, handed.files, known, deadline, allowed)
+        if trouble is None:
+            cloth = simulating.test_cloth()
+            question = {**request, "what": what}
+            _, answers[what], trouble = _asked(worker, question, cloth, deadline, allowed)
+        if trouble is not None:
+            troubles[what] = trouble.text
+    if worker is not None:
+        _keep(worker, store, "simulation")
+        worker.close()
+    return simulating.judge(answers["laws"], answers["run"], expected, usable, stand_ins, troubles)
 
 
 def _passing(verdicts: Mapping[str, Verdict]) -> frozenset[str]:

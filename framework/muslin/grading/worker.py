@@ -17,6 +17,7 @@ import signal
 import socket
 import sys
 import tempfile
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -125,8 +126,11 @@ def serve(channel: socket.socket, home: Path, debug: bool) -> None:
     """Answer requests until the grader closes the channel.
 
     "load" takes the manifest and the task files as bytes and tells what is wrong with each task's function;
-    "evaluate" takes a task and its inputs; "simulate" is `muslin.grading.simulating.measure`.
+    "evaluate" takes a task and its inputs; "simulate" is `muslin.grading.simulating.measure`; "kernels" ends
+    Taichi and gives what it has compiled, for the next grading of the same submission.
     """
+    import numpy as np
+
     from muslin import batch, tasks
     from muslin.errors import MuslinError, NotImplementedYet
     from muslin.grading import wire
@@ -134,6 +138,7 @@ def serve(channel: socket.socket, home: Path, debug: bool) -> None:
     os.listdir(Path(os.__file__).parent)  # a user who may not read Python cannot run anything
     wire.send(channel, {"id": "ready"})
     functions: tasks.Functions | None = None
+    kernels = home / "kernels"
     while True:
         try:
             header, arrays = wire.receive(channel)
@@ -143,10 +148,11 @@ def serve(channel: socket.socket, home: Path, debug: bool) -> None:
         results: dict[str, Any] = {}
         try:
             if header["do"] == "load":
+                kernels.mkdir(exist_ok=True)
                 for name, data in arrays.items():
                     (home / name).write_bytes(data.tobytes())
                 table = tasks.read_assignment(home)
-                _start(debug)
+                reset = _start(debug)
                 functions = tasks.load(home, table)
                 failures = {
                     task: _failure(tasks.failure_of(functions[task]))
@@ -159,6 +165,12 @@ def serve(channel: socket.socket, home: Path, debug: bool) -> None:
                 got = batch.evaluate(functions[header["task"]], **arrays)
                 got = got if isinstance(got, tuple) else (got,)
                 results = {str(k): array for k, array in enumerate(got)}
+            elif header["do"] == "kernels":
+                reset()
+                results = {
+                    f"kernels/{path.name}": np.frombuffer(path.read_bytes(), dtype=np.uint8)
+                    for path in sorted(kernels.iterdir())
+                }
             else:
                 from muslin.grading import simulating
 
@@ -182,8 +194,8 @@ def _failure(error: Any) -> list[str]:
     return [kind, str(error)[:LONGEST_MESSAGE]]
 
 
-def _start(debug: bool) -> None:
-    """Start Taichi as grading pins it, and keep student code from starting it anew."""
+def _start(debug: bool) -> Callable[[], None]:
+    """Start Taichi as grading pins it, and keep student code from starting it anew; returns what ends it."""
     from muslin import runtime
     from muslin.errors import StudentCodeError
 
@@ -192,7 +204,9 @@ def _start(debug: bool) -> None:
     def forbidden(*_: Any, **__: Any) -> None:
         raise StudentCodeError("ti.init or ti.reset is called.", "Muslin starts Taichi itself: take it out.")
 
+    reset: Callable[[], None] = ti.reset
     ti.init = ti.reset = forbidden
+    return reset
 
 
 def _flush() -> None:
