@@ -147,13 +147,18 @@ def test_without_a_run_there_are_no_pictures():
 
 # In a real browser -----------------------------------------------------------------------------------------
 
+#: Run in the page when it has loaded: are the pictures decoded, of many colours, and did anything else run?
 PROBE = """
-addEventListener("load", async () => {
+addEventListener("load", () => {
   const said = [];
   for (const id of ["student-picture", "reference-picture"]) {
-    const picture = document.getElementById(id);
-    try { await picture.decode(); } catch (error) { said.push(String(error)); }
-    said.push(id + ":" + picture.naturalWidth + "x" + picture.naturalHeight);
+    const picture = document.getElementById(id), canvas = document.createElement("canvas");
+    canvas.width = picture.naturalWidth;
+    canvas.height = picture.naturalHeight;
+    const pen = canvas.getContext("2d");
+    pen.drawImage(picture, 0, 0);
+    const colours = new Set(new Uint32Array(pen.getImageData(0, 0, canvas.width, canvas.height).data.buffer));
+    said.push(id + ":" + canvas.width + "x" + canvas.height + (colours.size > 500 ? "" : ":blank"));
   }
   said.push("plots:" + document.querySelectorAll("#energy-plot svg polyline").length);
   said.push("hacked:" + String(window.hacked), "scripts:" + document.scripts.length);
