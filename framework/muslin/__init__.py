@@ -6,6 +6,7 @@ The public face, kept stable::
     P = muslin.evaluate(f.dpsi_dF, U=U, dpsi_ds=p, V=V)     # arrays (b, ...) in, array (b, ...) out
     cloth = muslin.Cloth(mesh, mu=..., lam=..., functions=f)
     run = muslin.simulate("course", functions=f, steps=300)
+    record = muslin.grade("path/to/submission", assignment="cloth")
 
 Everything is imported on first use, so that `import muslin` costs nothing.
 """
@@ -24,15 +25,17 @@ _HOMES = {
     "Mesh": "muslin.mesh",
     "Cloth": "muslin.cloth",
     "simulate": "muslin.simulation",
+    "grade": "muslin.grading.grader",
     "MuslinError": "muslin.errors",
 }
 
-__all__ = ["Cloth", "Mesh", "MuslinError", "evaluate", "load", "simulate"]
+__all__ = ["Cloth", "Mesh", "MuslinError", "evaluate", "grade", "load", "simulate"]
 
 if TYPE_CHECKING:
     from muslin.batch import evaluate
     from muslin.cloth import Cloth
     from muslin.errors import MuslinError
+    from muslin.grading.grader import grade
     from muslin.mesh import Mesh
     from muslin.simulation import simulate
     from muslin.tasks import load

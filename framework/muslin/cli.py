@@ -59,6 +59,28 @@ class Quality(str, Enum):
     best = "best"
 
 
+class Safety(str, Enum):
+    """How a submission is kept apart."""
+
+    auto = "auto"
+    namespace = "namespace"
+    uid = "uid"
+    process = "process"
+
+
+class Format(str, Enum):
+    """Report formats."""
+
+    terminal = "terminal"
+    json = "json"
+    gradescope = "gradescope"
+    exercism = "exercism"
+    classroom50 = "classroom50"
+    junit = "junit"
+    csv = "csv"
+    html = "html"
+
+
 def _version(wanted: bool) -> None:
     if wanted:
         typer.echo(f"muslin {__version__}")
@@ -190,6 +212,58 @@ def check(
 
 
 @app.command()
+def grade(
+    submission: Annotated[Path, typer.Argument(help="A folder, zip or tar with the task files.")],
+    assignment: Annotated[str, typer.Option(help="The assignment it answers.")] = "cloth",
+    hidden: Annotated[
+        Path | None,
+        typer.Option(help="Hidden reference data of your own, from `muslin reference build --hidden`."),
+    ] = None,
+    seed: Annotated[
+        str | None,
+        typer.Option(help="Draw the hidden cases from this. Default: the submission's own bytes."),
+    ] = None,
+    safety: Annotated[Safety, typer.Option(help="How the submission is kept apart.")] = Safety.auto,
+    formats: Annotated[
+        list[Format] | None,
+        typer.Option("--format", help="Report format; with --out it may be repeated."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the reports. Without --format: the record and the HTML report."),
+    ] = None,
+    deadline: Annotated[
+        float | None, typer.Option(help="Seconds a task may take. Default: the assignment's.", min=0.5)
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Take nothing over from an earlier grading of the same files.")
+    ] = False,
+) -> None:
+    """Grade a submission in a sandbox. The exit code is 0 when grading has finished, whatever the score."""
+    from muslin.grading import views
+    from muslin.grading.grader import grade as graded
+
+    if formats and len(formats) > 1 and out is None:
+        raise MuslinError("Several formats need a folder to go to.", "Add --out DIR.")
+    if out is not None and out.exists() and not out.is_dir():
+        raise MuslinError(f"{paths.shown(out)} is not a folder.", "Name a folder with --out.")
+    with _progress("grading") as tick:
+        record = graded(
+            submission, assignment, hidden=hidden, seed=seed, safety=safety.value, deadline=deadline,
+            fresh=fresh, on_progress=lambda done, total, _: tick(done, total),
+        )  # fmt: skip
+    chosen = [format.value for format in formats or ()]
+    if out is None:
+        name = chosen[0] if chosen else "terminal"
+        options = {"colour": sys.stdout.isatty()} if name == "terminal" else {}
+        typer.echo(views.render(record, name, **options).rstrip("\n"))
+        return
+    typer.echo(views.render(record, "terminal", colour=sys.stdout.isatty()))
+    written = [views.write(record, name, out) for name in chosen or ("json", "html")]
+    typer.echo(f"Wrote {', '.join(paths.shown(path) for path in written)}.")
+
+
+@app.command()
 def demo(
     out: Annotated[Path, typer.Option(help="Folder for film, still and run.")] = Path("demo"),
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.good,
@@ -253,17 +327,27 @@ def reference_build(
     assignment: Annotated[str, typer.Argument(help="An assignment.")] = "cloth",
     out: Out = None,
     seed: Annotated[str | None, typer.Option(help="Seed of the random cases.")] = None,
-    cases: Annotated[int | None, typer.Option(help="Cases per task.")] = None,
+    cases: Annotated[int | None, typer.Option(help="Cases per task.", min=1)] = None,
+    hidden: Annotated[
+        bool,
+        typer.Option("--hidden", help="Hidden data for grading: --seed is your secret, --out their folder."),
+    ] = False,
 ) -> None:
     """Make reference data from the energy alone, by high-precision differentiation."""
     from muslin.authoring import reference_data
 
-    options: dict[str, Any] = {}
+    options: dict[str, Any] = {"hidden": hidden}
     if seed is not None:
-        options["seed"] = int(seed) if seed.isdigit() else seed
+        options["seed"] = int(seed) if seed.isdigit() and not hidden else seed
     if cases is not None:
         options["cases"] = cases
-    typer.echo(f"Wrote {paths.shown(reference_data.build(assignment, out, **options))}.")
+    folder = reference_data.build(assignment, out, **options)
+    typer.echo(f"Wrote {paths.shown(folder)}.")
+    if hidden:
+        typer.echo(
+            "Only you can read it. Keep it out of what students get, and grade with: "
+            f"muslin grade SUBMISSION --hidden {paths.shown(folder)}"
+        )
 
 
 # Helpers ---------------------------------------------------------------------------------------------------

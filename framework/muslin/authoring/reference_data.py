@@ -431,6 +431,7 @@ def build(
     out_folder: Path | str | None = None,
     seed: int | str = PUBLIC_SEED,
     cases: int = PUBLIC_CASES,
+    hidden: bool = False,
 ) -> Path:
     """Write the reference data of an assignment.
 
@@ -444,22 +445,35 @@ def build(
         Keep it secret for hidden cases: it is written into the folder's provenance.
     cases : int
         Cases per task.
+    hidden : bool
+        Hidden data: they need a seed and a folder of their own, which nobody but their owner can read.
 
     Returns
     -------
     Path
         The folder written.
+
+    Raises
+    ------
+    MuslinError
+        If hidden data would have no secret seed or lie among files that students get.
     """
+    if hidden:
+        _require_secret(assignment_name, out_folder, seed)
     tr.precise()  # says what to install, if need be
     import mpmath
 
     folder = Path(out_folder) if out_folder is not None else paths.reference(assignment_name)
     folder.mkdir(parents=True, exist_ok=True)
+    if hidden:
+        folder.chmod(0o700)
     files = {}
     for task in tasks.assignment(assignment_name).tasks:
         arrays = make(assignment_name, task, seed, cases)
         _write_npz(folder / f"{task}.npz", arrays)
         files[f"{task}.npz"] = {"cases": cases, "sha256": _checksum(arrays)}
+    if not hidden:
+        _write_simulation(assignment_name, folder)
     provenance = {
         "assignment": assignment_name,
         "generator": GENERATOR,
@@ -471,6 +485,35 @@ def build(
     }
     (folder / PROVENANCE).write_text(json.dumps(provenance, indent=2) + "\n", encoding="utf-8")
     return folder
+
+
+def _require_secret(assignment_name: str, out_folder: Path | str | None, seed: int | str) -> None:
+    if seed == PUBLIC_SEED or not str(seed).strip():
+        raise MuslinError("Hidden data need a secret seed.", "Add --seed with words nobody will guess.")
+    if out_folder is None:
+        raise MuslinError("Hidden data need a folder of their own.", "Add --out DIR.")
+    folder = Path(out_folder).resolve()
+    for shipped in (paths.root() / "data", paths.root() / "assignments"):
+        if folder.is_relative_to(shipped.resolve()):
+            raise MuslinError(
+                f"{paths.shown(folder)} is among the files students get.", "Choose another folder for --out."
+            )
+
+
+def _simulated(assignment_name: str) -> Path | None:
+    """Where the reference run of an assignment lies under its data, if the assignment has one."""
+    from muslin.grading import simulating
+
+    return Path("simulation") / f"{simulating.SCENE}.npz" if assignment_name == "cloth" else None
+
+
+def _write_simulation(assignment_name: str, folder: Path) -> None:
+    """The run that submissions' simulations are compared with: by the framework's own element, not the solution."""
+    from muslin.grading import simulating
+
+    if (place := _simulated(assignment_name)) is not None:
+        (folder / place).parent.mkdir(exist_ok=True)
+        _write_npz(folder / place, simulating.make_reference())
 
 
 @dataclass
@@ -532,7 +575,22 @@ def verify(assignment_name: str = "cloth", folder: Path | str | None = None) -> 
         task = name.removesuffix(".npz")
         made = make(assignment_name, task, seed, files[name]["cases"])
         report.errors[task] = _compare(name, found, made, report.problems)
+    if (place := _simulated(assignment_name)) is not None and folder == paths.reference(assignment_name):
+        report.problems += _verify_simulation(assignment_name, str(place))
     return report
+
+
+def _verify_simulation(assignment_name: str, name: str) -> list[str]:
+    """Run the reference simulation again; only its first steps are comparable between machines."""
+    from muslin.grading import simulating
+
+    found, made = simulating.reference(assignment_name), simulating.make_reference()
+    if found is None:
+        return [f"{name}: missing."]
+    rows = simulating.COMPARED_STEPS + 1
+    error, tolerance = simulating.compare_energies(found["energies"][:rows], made["energies"][:rows])
+    same = np.array_equal(found["triangles"], made["triangles"]) and error <= tolerance
+    return [] if same else [f"{name}: the simulation differs (energies by {error:.1e}, relative)."]
 
 
 def _compare(

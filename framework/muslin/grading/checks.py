@@ -53,9 +53,7 @@ class Private:
         """Results of `inputs`, taken apart again."""
         counts = [_count(self.hidden), *(_count(inputs) for _, inputs in self.properties)]
         ends = np.cumsum(counts)
-        return [
-            tuple(r[a:b] for r in results) for a, b in zip([0, *ends[:-1]], ends, strict=True)
-        ]
+        return [tuple(r[a:b] for r in results) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
 
 
 def _count(inputs: Arrays) -> int:
@@ -140,9 +138,7 @@ def judge_public(table: Assignment, task: Task, outcome: Outcome) -> Verdict:
         return verdict
     verdict.add(Check("form", "form", PASSED, "The shape, type and finiteness of the results are right."))
     compared = reference.compare(task, outcome.results, expected, inputs)
-    verdict.add(
-        _told("public cases", "public", compared, task, table, outcome.results, expected, inputs)
-    )
+    verdict.add(_told("public cases", "public", compared, task, table, outcome.results, expected, inputs))
     return verdict
 
 
@@ -161,9 +157,7 @@ def _told(
     if found.ok:
         return Check(name, layer, PASSED, found.message, found.case, error)
     likely = None
-    if len(got) == len(expected) and all(
-        a.shape == b.shape for a, b in zip(got, expected, strict=True)
-    ):
+    if len(got) == len(expected) and all(a.shape == b.shape for a, b in zip(got, expected, strict=True)):
         likely = diagnosis.diagnose(task, got, expected, inputs, table.name)
     advice = f"Read section {task.section} of the handout again, or ask for a hint."
     return Check(
@@ -202,7 +196,13 @@ def judge_private(verdict: Verdict, stage: Private, outcome: Outcome | None) -> 
         else:
             size = f" (relative error {error:.1e})" if np.isfinite(error) else " (not finite)"
             verdict.add(
-                Check(prop.name, "properties", FAILED, f"Does not hold: {prop.statement}{size}", cause=prop.cause)
+                Check(
+                    prop.name,
+                    "properties",
+                    FAILED,
+                    f"Does not hold: {prop.statement}{size}",
+                    cause=prop.cause,
+                )
             )
     if not rest:
         for name in names:

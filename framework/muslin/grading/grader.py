@@ -205,9 +205,7 @@ class _Part:
             return None
         self._worker = self._sandbox.worker(_COVERED, debug)
         known = {} if debug else self._store.load(self._file)
-        failures, trouble = _load(
-            self._worker, self._table, self._files, known, deadline, self._deadline
-        )
+        failures, trouble = _load(self._worker, self._table, self._files, known, deadline, self._deadline)
         if trouble is None:
             self._failures, self._loaded = failures, True
         elif not self._loaded:  # so it never will be
@@ -251,7 +249,7 @@ def _load(
     header, _, trouble = _asked(worker, {"do": "load"}, {**kernels, **arrays}, deadline, allowed)
     if trouble is not None:
         prefix = "" if trouble.kind in ("code", "stub") else "While the file is imported: "
-        return {}, Outcome(trouble.kind, (), prefix + trouble.text, trouble.printed)
+        return {}, Outcome((), trouble.kind, prefix + trouble.text, trouble.printed)
     failures = header.get("failures")
     if not isinstance(failures, dict) or not all(_is_error(entry) for entry in failures.values()):
         return {}, Outcome(kind="garbled", text=_GARBLED)
@@ -269,8 +267,11 @@ def _asked(
     try:
         header, results = worker.ask(request, arrays, deadline)
     except wire.TooLate:
-        kind, text = "late", (
-            f"It took longer than {allowed:g} s, compilation included, and was stopped. Is there an endless loop?"
+        kind, text = (
+            "late",
+            (
+                f"It took longer than {allowed:g} s, compilation included, and was stopped. Is there an endless loop?"
+            ),
         )
     except wire.Garbled:
         kind, text = "garbled", _GARBLED

@@ -33,7 +33,9 @@ class Store:
     """
 
     def __init__(self, submission: str | None):
-        versions = f"{muslin.__version__} {metadata.version('taichi')} {metadata.version('numpy')} {submission}"
+        versions = (
+            f"{muslin.__version__} {metadata.version('taichi')} {metadata.version('numpy')} {submission}"
+        )
         self._folder = None
         if submission is not None:
             with contextlib.suppress(OSError):
@@ -54,7 +56,10 @@ class Store:
     def save(self, part: str, files: Mapping[str, np.ndarray]) -> None:
         """Keep the files of a part, if they are what they should be."""
         sound = all(
-            name.startswith("kernels/") and name.count("/") == 1 and ".." not in name and data.dtype == np.uint8
+            name.startswith("kernels/")
+            and name.count("/") == 1
+            and ".." not in name
+            and data.dtype == np.uint8
             for name, data in files.items()
         )
         if self._folder is None or not sound or sum(data.nbytes for data in files.values()) > LARGEST_PART:

@@ -148,7 +148,9 @@ class Sandbox:
 
     def __init__(self, safety: str = "auto", secrets: Sequence[Path] = ()):
         if safety not in (*LEVELS, "auto"):
-            raise MuslinError(f"There is no safety level {safety!r}.", f"There is: auto, {', '.join(LEVELS)}.")
+            raise MuslinError(
+                f"There is no safety level {safety!r}.", f"There is: auto, {', '.join(LEVELS)}."
+            )
         if not hasattr(os, "fork"):
             raise MuslinError(
                 "Grading needs Linux or macOS: this system cannot fork processes.",
@@ -201,9 +203,7 @@ class Sandbox:
             number = self._count
             request = {"spawn": number, "covered": [str(path) for path in covered], "debug": debug}
             try:
-                socket.send_fds(
-                    self._control, [json.dumps(request).encode()], [theirs.fileno(), writes]
-                )
+                socket.send_fds(self._control, [json.dumps(request).encode()], [theirs.fileno(), writes])
                 self._answer()
             except (OSError, ValueError) as error:
                 raise _NotGiven(f"no worker could be started ({error})") from None

@@ -39,7 +39,11 @@ CHECKS: Mapping[str, tuple[str, ...]] = {
     "translations meet no resistance": NEEDS["hessian"],
     "mass adds up to density times area": NEEDS["mass"],
     "kinetic energy agrees with the mass": (*NEEDS["mass"], *NEEDS["kinetic energy"]),
-    "squares of the stretches are eigenvalues of C": ("deformation_gradient", "dphi_dX", "right_cauchy_green"),
+    "squares of the stretches are eigenvalues of C": (
+        "deformation_gradient",
+        "dphi_dX",
+        "right_cauchy_green",
+    ),
     "a finer mesh follows the cloth": (*NEEDS["binding"], *NEEDS["carrying"]),
     "energies follow the reference": (),
 }
@@ -211,7 +215,9 @@ def judge(
             continue
         try:
             error, tolerance = (
-                _energies(run["energies"][:rows], expected["energies"][:rows]) if is_run else _law(name, laws, given)
+                compare_energies(run["energies"][:rows], expected["energies"][:rows])
+                if is_run
+                else _law(name, laws, given)
             )
         except (KeyError, ValueError, IndexError, np.linalg.LinAlgError):
             error, tolerance = np.inf, 0.0
@@ -253,7 +259,9 @@ def _law(name: str, laws: Mapping[str, np.ndarray], given: Mapping[str, np.ndarr
     if name == "net force and torque are zero":
         size = np.abs(g).sum()
         about = x - x.mean(axis=0)
-        return float(max(np.abs(g.sum(axis=0)).max(), np.abs(np.cross(about, g).sum(axis=0)).max()) / size), BALANCE
+        return float(
+            max(np.abs(g.sum(axis=0)).max(), np.abs(np.cross(about, g).sum(axis=0)).max()) / size
+        ), BALANCE
     if name == "force is minus the slope of the energy":
         return float(np.min(np.abs(slope - np.sum(g * d)) / np.abs(g * d).sum())), SLOPE
     if name.startswith("Hessian is the slope"):
@@ -277,7 +285,9 @@ def _law(name: str, laws: Mapping[str, np.ndarray], given: Mapping[str, np.ndarr
     if name == "squares of the stretches are eigenvalues of C":
         from muslin.mesh import principal_stretches
 
-        expected = np.concatenate([principal_stretches(X, x, triangles), np.ones((len(triangles), 1))], axis=1)
+        expected = np.concatenate(
+            [principal_stretches(X, x, triangles), np.ones((len(triangles), 1))], axis=1
+        )
         found = np.linalg.eigvalsh((laws["C"] + laws["C"].transpose(0, 2, 1)) / 2)
         return float(np.abs(found - np.sort(expected**2, axis=1)).max()), BALANCE
     carried = laws["carried"]
@@ -285,7 +295,8 @@ def _law(name: str, laws: Mapping[str, np.ndarray], given: Mapping[str, np.ndarr
     return float(np.abs(carried - fine[: len(carried)]).max()), BALANCE
 
 
-def _energies(found: np.ndarray, expected: np.ndarray) -> tuple[float, float]:
+def compare_energies(found: np.ndarray, expected: np.ndarray) -> tuple[float, float]:
+    """Largest difference of two energy tables relative to the largest energy, and how large it may be."""
     size = np.abs(expected[:, 1:]).max()
     return float(np.abs(found - expected).max() / size), ENERGY
 

@@ -12,10 +12,10 @@ import stat
 import tarfile
 import zipfile
 import zlib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
-from typing import IO
+from typing import IO, Any
 
 from muslin import paths
 from muslin.errors import MuslinError
@@ -44,7 +44,7 @@ class Handed:
 class _Entry:
     path: PurePosixPath
     regular: bool
-    source: object
+    source: Any
 
 
 def collect(path: Path | str, table: Assignment) -> Handed:
@@ -76,14 +76,10 @@ def collect(path: Path | str, table: Assignment) -> Handed:
             raise MuslinError(f"There is no submission {paths.shown(path)}.", "Name a folder, zip or tar.")
         if zipfile.is_zipfile(path):
             with zipfile.ZipFile(path) as archive:
-                return _sort_out(
-                    path.name, _zip(archive), lambda e: archive.open(e.source), table
-                )
+                return _sort_out(path.name, _zip(archive), lambda e: archive.open(e.source), table)
         if tarfile.is_tarfile(path):
             with tarfile.open(path) as archive:
-                return _sort_out(
-                    path.name, _tar(archive), lambda e: archive.extractfile(e.source), table
-                )
+                return _sort_out(path.name, _tar(archive), lambda e: archive.extractfile(e.source), table)
     except (zipfile.BadZipFile, tarfile.TarError, zlib.error, EOFError, OSError, RuntimeError) as error:
         hint = "Pack it again, or hand in the folder."
         raise MuslinError(f"{paths.shown(path)} cannot be read: {error}.", hint) from None
@@ -120,7 +116,7 @@ def _read_file(entry: _Entry) -> IO[bytes]:
 def _zip(archive: zipfile.ZipFile) -> list[_Entry]:
     if len(archive.infolist()) > MOST_ENTRIES:
         raise MuslinError(f"The zip holds more than {MOST_ENTRIES} entries.")
-    entries = []
+    entries: list[_Entry] = []
     for info in archive.infolist():
         kind = stat.S_IFMT(info.external_attr >> 16)
         if not info.is_dir():
@@ -129,7 +125,7 @@ def _zip(archive: zipfile.ZipFile) -> list[_Entry]:
 
 
 def _tar(archive: tarfile.TarFile) -> list[_Entry]:
-    entries = []
+    entries: list[_Entry] = []
     while (member := archive.next()) is not None:
         if len(entries) >= MOST_ENTRIES or member.offset_data + member.size > LARGEST_ARCHIVE:
             raise MuslinError(
@@ -140,7 +136,7 @@ def _tar(archive: tarfile.TarFile) -> list[_Entry]:
     return entries
 
 
-def _sort_out(name: str, entries, read, table: Assignment) -> Handed:  # type: ignore[no-untyped-def]
+def _sort_out(name: str, entries: list[_Entry], read: Callable[[_Entry], Any], table: Assignment) -> Handed:
     """The task files among the entries; the one nearest the top wins, two at the same depth are refused."""
     wanted: dict[str, list[_Entry]] = {file: [] for file in table.files}
     notes, extra = [], []
