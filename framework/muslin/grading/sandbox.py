@@ -245,7 +245,7 @@ class Sandbox:
             "hidden": [str(path) for path in [*self._secrets, *_answers(package)]],
         }
         ours, theirs = socket.socketpair()
-        self._errors = tempfile.TemporaryFile(dir=self._scratch)
+        self._errors = tempfile.TemporaryFile(dir=self._scratch)  # noqa: SIM115  (closed with the nursery)
         code = (
             f"import sys; sys.path.insert(0, {str(package.parent)!r}); "
             "from muslin.grading.worker import nursery; import json; "

@@ -24,7 +24,7 @@ PARAMETERS: Mapping[str, Any] = {"resolution": 20, "dt": 1 / 120, "steps": 90}
 #: Draping is chaotic: only so many steps are comparable.
 COMPARED_STEPS = 30
 
-MATERIAL = {"mu": 2e3, "lam": 1.5e3, "rho": 0.2, "h": 1.0}
+MATERIAL: Mapping[str, Any] = {"mu": 2e3, "lam": 1.5e3, "rho": 0.2, "h": 1.0}
 STEPS = 10.0 ** -np.arange(2.0, 7.0)
 
 #: Largest errors, relative to the natural size of each.
@@ -200,7 +200,9 @@ def judge(
     given = test_cloth()
     steps, rows = PARAMETERS["steps"], COMPARED_STEPS + 1
     shapes = {"energies": (steps + 1, 4), "positions": expected["positions"].shape}
-    if run and any(np.shape(run.get(k)) != s or not np.isfinite(run[k]).all() for k, s in shapes.items()):
+    if run and any(
+        k not in run or run[k].shape != s or not np.isfinite(run[k]).all() for k, s in shapes.items()
+    ):
         run, troubles = {}, {**troubles, "run": "The simulation left numbers that are not finite."}
     checks = []
     for name, needs in CHECKS.items():
@@ -214,11 +216,10 @@ def judge(
             checks.append(Check(name, "simulation", FAILED, message))
             continue
         try:
-            error, tolerance = (
-                compare_energies(run["energies"][:rows], expected["energies"][:rows])
-                if is_run
-                else _law(name, laws, given)
-            )
+            if is_run:
+                error, tolerance = compare_energies(run["energies"][:rows], expected["energies"][:rows])
+            else:
+                error, tolerance = _law(name, laws, given)
         except (KeyError, ValueError, IndexError, np.linalg.LinAlgError):
             error, tolerance = np.inf, 0.0
         if error <= tolerance:

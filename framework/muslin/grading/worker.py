@@ -65,7 +65,7 @@ def nursery(control_number: int, config: dict[str, Any]) -> None:
                         for path in request["covered"]:
                             isolation.hide(path)
                     isolation.confine(user, isolation.PROCESSES + (taken if user is None else 0))
-                    _worker(*descriptors, home, request)
+                    _worker(descriptors[0], descriptors[1], home, request)
                 except BaseException as error:
                     os.write(2, f"{type(error).__name__}: {error}\n".encode())
                 finally:
@@ -162,7 +162,8 @@ def serve(channel: socket.socket, home: Path, debug: bool) -> None:
                 reply["failures"] = failures
             elif header["do"] == "evaluate":
                 assert functions is not None
-                got = batch.evaluate(functions[header["task"]], **arrays)
+                arguments: dict[str, Any] = dict(arrays)
+                got = batch.evaluate(functions[header["task"]], **arguments)
                 got = got if isinstance(got, tuple) else (got,)
                 results = {str(k): array for k, array in enumerate(got)}
             elif header["do"] == "kernels":
@@ -199,7 +200,7 @@ def _start(debug: bool) -> Callable[[], None]:
     from muslin import runtime
     from muslin.errors import StudentCodeError
 
-    ti = runtime.start(threads=1, debug=debug)
+    ti: Any = runtime.start(threads=1, debug=debug)
 
     def forbidden(*_: Any, **__: Any) -> None:
         raise StudentCodeError("ti.init or ti.reset is called.", "Muslin starts Taichi itself: take it out.")
