@@ -124,7 +124,7 @@ def _compile_faster() -> None:
                 return super().wrap(text)
             return [text.rstrip()] if not text.isspace() and text else []
 
-    utils.TextWrapper = Wrapper  # type: ignore[misc]
+    utils.TextWrapper = Wrapper
 
 
 def _wanted_threads() -> int:
