@@ -977,6 +977,12 @@ def _relaxed(rng: Rng) -> Arrays:
     return {**_material(rng, 8), "s": np.ones((8, 3))}
 
 
+def _strip(rng: Rng) -> Arrays:
+    """One stretch away from 1, now the first, now the second."""
+    away = np.where(np.arange(8)[:, None] % 2 == 0, I[0], I[1])
+    return {**_material(rng, 8), "s": AT_REST + _between(rng, -0.8, 1.5, 8, 1) * away}
+
+
 def _balanced(rng: Rng) -> Arrays:
     """One stretch as far above 1 as the other is below."""
     d = _between(rng, 0.1, 0.8, 8, 1) * np.array([1, -1, 0])
@@ -1028,6 +1034,12 @@ _PSI = (
         "Three times the strain s - 1, of either sign, must cost nine times the energy.",
         _again(_slightly_strained, _strained(-3.0)),
         _follows("psi", lambda psi: 9 * psi),
+    ),
+    Property(
+        "one stretch alone",
+        "Stretching in one direction only, s = (1 + d, 1), must cost (mu + lam/2) d^2.",
+        _strip,
+        _vanishes("psi", lambda a, psi: psi - (a["mu"] + a["lam"] / 2) * _dot(a["s"] - 1, a["s"] - 1)),
     ),
     Property(
         "lam feels only the change of area",
@@ -1481,9 +1493,9 @@ _EIGENSYSTEM = (
     ),
     Property(
         "linear in the derivatives of psi",
-        "A stiffer energy, dpsi_ds and d2psi_ds2 times a factor, must give all four values times that factor.",
-        _again(_constant_area, _times("dpsi_ds", "d2psi_ds2")),
-        _follows("eigensystem", lambda out: FACTOR * out),
+        "dpsi_ds and d2psi_ds2 times a factor, of either sign, must give all four values times that factor.",
+        _again(_constant_area, _times("dpsi_ds", "d2psi_ds2", factor=-FACTOR)),
+        _follows("eigensystem", lambda out: -FACTOR * out),
     ),
     Property(
         "at rest only flip is left",
