@@ -29,9 +29,10 @@ ENVIRONMENT = {
     "muslin": "0.1.0",
     "taichi": "1.7.4",
     "numpy": "2.2.0",
+    "mpmath": "1.3.0",
     "python": "3.11.9",
     "platform": "Linux x86_64",
-    "precision": "float64",
+    "precision": "f64",
     "threads": 1,
     "fast_math": False,
 }

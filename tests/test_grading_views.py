@@ -2,15 +2,20 @@
 
 import csv
 import dataclasses
+import html
 import io
 import json
 import math
 import re
+import subprocess
+import sys
 import unicodedata
 from xml.etree import ElementTree as xml
 
 import grading_samples as samples
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from muslin.errors import MuslinError
 from muslin.grading import views
@@ -117,6 +122,11 @@ def test_a_stub_is_said_calmly(format):
     text = rendered(samples.stubs(), format)
     assert text.lower().count("not implemented yet") >= 17
     assert not re.search(r"not right yet|cannot be run|<error|\"error\"", text)
+
+
+def test_views_but_for_pictures_do_not_need_taichi():
+    code = "import sys, muslin.grading.views; sys.exit('taichi' in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 def test_an_unknown_format_is_refused_with_a_list(tmp_path):
@@ -422,6 +432,28 @@ def test_a_cut_text_says_so_and_keeps_the_limit():
     assert capped("x" * 100, 100) == "x" * 100
     assert len(capped("\x1b" * 100, 100)) == 100
     assert len(one_line("\n" * 500)) == 200
+
+
+#: Any text at all, halves of surrogate pairs included.
+ANYTHING = st.text(st.characters(exclude_categories=()))
+
+
+@given(ANYTHING, st.integers(60, 300))
+def test_any_text_becomes_visible_short_and_legal(text, limit):
+    shown = capped(text, limit)
+    assert len(shown) <= limit
+    assert shown == visible(shown)
+    assert shown.encode("utf-8") is not None
+    assert xml.fromstring(f"<a>{html.escape(shown)}</a>").text in (shown, None)
+
+
+@given(ANYTHING)
+def test_any_name_is_one_cell_that_is_no_formula(text):
+    row = io.StringIO(newline="")
+    csv.writer(row, quoting=csv.QUOTE_NONNUMERIC).writerow([cell(text), 1.0])
+    ((name, one),) = csv.reader(io.StringIO(row.getvalue(), newline=""))
+    assert one == "1.0"
+    assert not name.lstrip(" ").startswith(tuple("=+-@\t\r\n"))
 
 
 @pytest.mark.parametrize(

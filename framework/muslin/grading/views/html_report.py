@@ -9,7 +9,7 @@ from importlib import resources
 
 from muslin.errors import MuslinError
 from muslin.grading.record import ERROR, FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Check, Record, TaskResult
-from muslin.grading.views import energy_plot, pictures, story
+from muslin.grading.views import energy_plot, story
 from muslin.grading.views.text import capped, one_line, points
 
 #: What a browser may do with the page: apply its own style, show the pictures in it, and nothing else.
@@ -110,7 +110,7 @@ def _lead(record: Record) -> str:
     if not started:
         return ""
     k, task = started[0]
-    verb = "Begin" if task.status == NOT_IMPLEMENTED else "Go on"
+    verb = "Begin" if counts[NOT_IMPLEMENTED] == len(record.tasks) else "Go on"
     return (
         f"Of {len(record.tasks)} tasks: {', '.join(said)}. {verb} with "
         f'<a href="#task-{k}"><span class="name">{_line(task.name)}</span></a>, '
@@ -126,7 +126,7 @@ def _task(k: int, number: str, task: TaskResult) -> str:
     return f"""<details class="task" id="task-{k}"{opened}>
 <summary>
 <span class="glyph {tone}" aria-hidden="true">{glyph}</span>
-<h3><span class="name">{_line(task.name)}</span><span class="title">{_line(task.title)}</span></h3>
+<h3><span class="name">{_line(task.name)}</span> <span class="title">{_line(task.title)}</span></h3>
 <span class="word {tone}">{word}</span>
 <span class="track" aria-hidden="true"><span class="bar" style="width: {share}"></span></span>
 <span class="earned">{earned}</span>
@@ -180,7 +180,7 @@ def _simulation(record: Record, quality: str) -> str:
         f'<span class="{tone}">{story.WORDS[simulation.status].capitalize()}.</span> '
         f"{_text(simulation.message)}</p>"
     ]
-    if simulation.stand_ins:
+    if simulation.stand_ins and simulation.status != SKIPPED:
         names = ", ".join(f"<code>{_line(name)}</code>" for name in simulation.stand_ins[:50])
         parts.append(f'<p class="quiet">Muslin’s own code stood in for {names}.</p>')
     parts += [_check(check) for check in simulation.checks]
@@ -193,6 +193,8 @@ def _pictures(record: Record, quality: str) -> str:
     if quality == "none":
         return ""
     try:
+        from muslin.grading.views import pictures  # brings Taichi, which nothing else here needs
+
         yours, reference = pictures.draw(record.simulation, quality=quality)
     except MuslinError as error:
         return f'<p class="instead">No picture: {_text(str(error), 500)}</p>'
@@ -209,7 +211,10 @@ def _pictures(record: Record, quality: str) -> str:
         f"<figcaption>{caption}</figcaption></figure>"
         for key, png, caption, alt in said
     )
-    return f'<div class="pair">{figures}</div>'
+    return (
+        f'<div class="pair">{figures}</div>'
+        '<p class="key">Draping is chaotic: folds that fall a little differently are no mistake.</p>'
+    )
 
 
 def _energies(record: Record) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import math
 from collections.abc import Sequence
 from dataclasses import replace
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 
 from muslin import render, scenes, show
 from muslin.colliders import Capsule, Sphere
-from muslin.errors import MeshError, MuslinError
+from muslin.errors import MuslinError
 from muslin.grading.record import Simulation
 from muslin.render import Surface
 from muslin.scenes import Scene
@@ -88,11 +89,10 @@ def _table(rows: Sequence[Sequence[float]], dtype: type = np.float64) -> NDArray
 
 
 def _cloth(scene: Scene, triangles: NDArray, count: int) -> Surface:
-    """The cloth without its vertices: woven where the scene's own mesh gives the threads, plain elsewhere."""
-    try:
-        rest = scene.load_mesh()
-    except MeshError:
-        rest = None
+    """The cloth without its vertices: woven where the scene's mesh tells how the threads run, plain elsewhere."""
+    rest = None
+    if scene.mesh == "grid" and count >= 4:
+        rest = scenes.override(scene, resolution=math.isqrt(count)).load_mesh()
     if rest is not None and len(rest.vertices) == count and np.array_equal(rest.triangles, triangles):
         flat = np.argsort(np.ptp(rest.vertices, axis=0), kind="stable")[1:]
         return Surface(

@@ -73,7 +73,7 @@ def simulation_told(record: Record) -> str:
     for check in simulation.checks:
         if check.status == FAILED:
             lines += told(check)
-    if simulation.stand_ins:
+    if simulation.stand_ins and simulation.status != SKIPPED:
         lines.append(
             f"Muslin's own code stood in for: {', '.join(simulation.stand_ins)}. "
             "The simulation earns no points of its own."
@@ -93,7 +93,7 @@ def circumstances(record: Record) -> list[tuple[str, str]]:
     if hidden.get("instructor"):
         cases += f", {hidden['instructor']} per task from the instructor"
     safety = record.safety
-    known = [name for name in ("muslin", "taichi", "numpy", "python", "platform") if name in environment]
+    known = [name for name in ("muslin", "taichi", "numpy", "mpmath", "python") if name in environment]
     mode = [str(environment.get("precision", "")), f"threads: {environment.get('threads', '')}"]
     mode.append("fast math" if environment.get("fast_math") else "no fast math")
     return [
@@ -102,6 +102,7 @@ def circumstances(record: Record) -> list[tuple[str, str]]:
         ("Seed", f"{record.seed} (hidden cases: {cases})"),
         ("Safety", f"{safety.level} (asked for: {safety.asked})"),
         ("Versions", ", ".join(f"{name} {environment[name]}" for name in known)),
+        ("System", str(environment.get("platform", ""))),
         ("Mode", ", ".join(mode)),
         *(("Note", note) for note in (*record.submission.notes, *safety.notes)),
     ]
