@@ -26,8 +26,11 @@ from muslin.reference import natural_scale
 
 Rng = np.random.Generator
 Arrays = dict[str, np.ndarray]
+Given = Mapping[str, np.ndarray]
+Outputs = tuple[np.ndarray, ...]
 Inputs = Callable[[Rng], Arrays]
-Judge = Callable[[Mapping[str, np.ndarray], tuple[np.ndarray, ...]], np.ndarray]
+Change = Callable[[Rng, Arrays], Arrays]
+Judge = Callable[[Given, Outputs], np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -84,7 +87,7 @@ def draw(assignment: str, task: str, seed: str) -> tuple[tuple[Property, Arrays]
     return tuple(drawn)
 
 
-def judge(prop: Property, inputs: Mapping[str, np.ndarray], outputs: tuple[np.ndarray, ...]) -> float:
+def judge(prop: Property, inputs: Given, outputs: Outputs) -> float:
     """Worst relative error of a property; infinite where anything is not finite.
 
     Parameters
@@ -180,7 +183,7 @@ REVERSED = np.array([[-1.0, -1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0]])
 # --- runs: the same function on inputs that belong together ------------------------------------------------
 
 
-def _runs(*runs: Mapping[str, np.ndarray]) -> Arrays:
+def _runs(*runs: Given) -> Arrays:
     """Several runs one after another, in one batch."""
     return {name: np.concatenate([run[name] for run in runs]) for name in runs[0]}
 
@@ -190,12 +193,12 @@ def _split(array: np.ndarray, runs: int) -> np.ndarray:
     return array.reshape(runs, -1, *array.shape[1:])
 
 
-def _run(inputs: Mapping[str, np.ndarray], k: int, runs: int) -> Arrays:
+def _run(inputs: Given, k: int, runs: int) -> Arrays:
     """Inputs of run k."""
     return {name: _split(array, runs)[k] for name, array in inputs.items()}
 
 
-def _again(base: Inputs, *changes: Callable[[Rng, Arrays], Arrays]) -> Inputs:
+def _again(base: Inputs, *changes: Change) -> Inputs:
     """Inputs, and runs with some arguments changed."""
 
     def inputs(rng: Rng) -> Arrays:
@@ -219,7 +222,7 @@ def _summed(base: Inputs, *names: str) -> Inputs:
     return inputs
 
 
-def _times(*names: str, factor: float = FACTOR) -> Callable[[Rng, Arrays], Arrays]:
+def _times(*names: str, factor: float = FACTOR) -> Change:
     """Change: some arguments times a factor."""
     return lambda rng, a: {name: factor * a[name] for name in names}
 
@@ -242,7 +245,7 @@ def _error(difference: np.ndarray, scale: Any) -> np.ndarray:
 def _follows(task: str, expected: Callable[..., np.ndarray], runs: int = 2) -> Judge:
     """The last run gives what the results of the earlier ones say it must."""
 
-    def error(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+    def error(a: Given, out: Outputs) -> np.ndarray:
         *given, last = _split(out[0], runs)
         right = expected(*given)
         scale = sum(natural_scale(task, right, _run(a, k, runs)) for k in range(runs))
@@ -254,11 +257,11 @@ def _follows(task: str, expected: Callable[..., np.ndarray], runs: int = 2) -> J
 def _vanishes(
     task: str,
     rest: Callable[..., np.ndarray],
-    scale: Callable[[Mapping[str, np.ndarray]], Any] = lambda a: 1.0,
+    scale: Callable[[Given], Any] = lambda a: 1.0,
 ) -> Judge:
     """`rest(inputs, *outputs)` is zero, measured against the natural scale of the result times `scale`."""
 
-    def error(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+    def error(a: Given, out: Outputs) -> np.ndarray:
         return _error(rest(a, *out), natural_scale(task, out[0], a) * scale(a))
 
     return error
@@ -345,7 +348,7 @@ def _corners(letter: str, points: np.ndarray) -> Arrays:
     return {f"{letter}{i}": points[:, i] for i in range(3)}
 
 
-def _points(inputs: Mapping[str, np.ndarray], letter: str) -> np.ndarray:
+def _points(inputs: Given, letter: str) -> np.ndarray:
     """Arguments x0, x1, x2 as vertices (b, 3, 3)."""
     return np.stack([inputs[f"{letter}{i}"] for i in range(3)], axis=1)
 
@@ -435,12 +438,12 @@ def _raised(rng: Rng, a: Arrays) -> Arrays:
     return {"X": a["X"] + (_between(rng, 0.2, 1, len(X)) * _longest(X))[:, None] * _normal(X)}
 
 
-def _turned(*names: str) -> Callable[[Rng, Arrays], Arrays]:
+def _turned(*names: str) -> Change:
     """Change: some vectors turned by Q."""
     return lambda rng, a: {name: _apply(Q, a[name]) for name in names}
 
 
-def _moved(*names: str) -> Callable[[Rng, Arrays], Arrays]:
+def _moved(*names: str) -> Change:
     """Change: points moved by a few sizes of their triangle (the last three names)."""
 
     def change(rng: Rng, a: Arrays) -> Arrays:
@@ -451,12 +454,12 @@ def _moved(*names: str) -> Callable[[Rng, Arrays], Arrays]:
     return change
 
 
-def _rigidly(*names: str) -> Callable[[Rng, Arrays], Arrays]:
+def _rigidly(*names: str) -> Change:
     """Change: points turned and moved together."""
     return lambda rng, a: _moved(*names)(rng, _turned(*names)(rng, a))
 
 
-def _renumbered(*names: str) -> Callable[[Rng, Arrays], Arrays]:
+def _renumbered(*names: str) -> Change:
     """Change: vertex 1 is called 0, 2 is called 1, 0 is called 2."""
     return lambda rng, a: {name: a[other] for name, other in zip(names, names[1:] + names[:1], strict=True)}
 
@@ -466,7 +469,7 @@ def _phi_at_vertices(rng: Rng) -> Arrays:
     return _runs(*({"X": a[f"X{i}"], **a} for i in range(3)))
 
 
-def _nearest(a: Mapping[str, np.ndarray], phi: np.ndarray) -> np.ndarray:
+def _nearest(a: Given, phi: np.ndarray) -> np.ndarray:
     """Sum of phi_i X_i, less the nearest point of the plane, seen from X0."""
     X, d = _points(a, "X"), a["X"] - a["X0"]
     N = _normal(X)
@@ -513,7 +516,7 @@ _PHI = (
 )
 
 
-def _linear_exact(a: Mapping[str, np.ndarray], G: np.ndarray) -> np.ndarray:
+def _linear_exact(a: Given, G: np.ndarray) -> np.ndarray:
     """Sum of X_i grad_i^T, less I - N N^T; X_i seen from their middle."""
     X = _points(a, "X")
     N = _normal(X)
@@ -624,7 +627,7 @@ def _mapped(A: np.ndarray) -> Inputs:
     return inputs
 
 
-def _plane(a: Mapping[str, np.ndarray], F: np.ndarray) -> np.ndarray:
+def _plane(a: Given, F: np.ndarray) -> np.ndarray:
     """F on the undeformed plane."""
     return F - _outer(_apply(F, a["N"]), a["N"])
 
@@ -663,7 +666,7 @@ _DEFORMATION_GRADIENT = (
 )
 
 
-def _each_vertex(*changes: Callable[[Rng, Arrays], Arrays]) -> Inputs:
+def _each_vertex(*changes: Change) -> Inputs:
     """Deformed triangles with i = 0, 1 and 2 one after another; and the same again, changed."""
 
     def inputs(rng: Rng) -> Arrays:
@@ -679,7 +682,7 @@ def _all_vertices(
 ) -> Judge:
     """`rest(x, n, dn)` of the three derivatives together, dn (3, b, 3, 3), is zero."""
 
-    def error(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+    def error(a: Given, out: Outputs) -> np.ndarray:
         x, dn = _points(_run(a, 0, 3), "x"), _split(out[0], 3)
         x = x - x.mean(axis=1, keepdims=True)
         return _error(rest(x, _normal(x), dn), sum(_size(one) for one in dn) * scale(x))
@@ -687,7 +690,7 @@ def _all_vertices(
     return error
 
 
-def _normal_sweep(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+def _normal_sweep(a: Given, out: Outputs) -> np.ndarray:
     """Columns of dn/dx_i against differences of n; steps are shares of the triangle's height."""
     x = _points(a, "x") - a["x0"][:, None]
     height = _height(x)[:, None]
@@ -767,12 +770,10 @@ def _blocks(rng: Rng) -> Arrays:
     return _runs(*({**sheet, "i": np.full(2, i, np.int32), "j": np.full(2, j, np.int32)} for i, j in BLOCKS))
 
 
-def _block_matrix(
-    rest: Callable[[np.ndarray], np.ndarray],
-) -> Judge:
+def _block_matrix(rest: Callable[[np.ndarray], np.ndarray]) -> Judge:
     """`rest` of the matrices of all nine blocks, (b, 3, 3), in parts of rho h a, is zero."""
 
-    def error(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+    def error(a: Given, out: Outputs) -> np.ndarray:
         blocks = (out[0] / (a["rho"] * a["h"] * a["area"])).reshape(3, 3, -1)
         m = np.moveaxis(blocks, -1, 0)
         return _error(rest(m), 1 + _size(m))
@@ -826,7 +827,7 @@ def _together(rng: Rng) -> Arrays:
     return {**a, "v1": a["v0"], "v2": a["v0"]}
 
 
-def _alone(i: int) -> Callable[[Rng, Arrays], Arrays]:
+def _alone(i: int) -> Change:
     """Change: only vertex i moves."""
     return lambda rng, a: {f"v{k}": a[f"v{k}"] * float(k == i) for k in range(3)}
 
@@ -964,7 +965,7 @@ def _slightly_strained(rng: Rng) -> Arrays:
     return {**_material(rng, 8), "s": AT_REST + _between(rng, -0.3, 0.3, 8, 3) * np.array([1, 1, 0])}
 
 
-def _strained(factor: float) -> Callable[[Rng, Arrays], Arrays]:
+def _strained(factor: float) -> Change:
     """Change: the strain s - 1 times a factor."""
     return lambda rng, a: {"s": AT_REST + factor * (a["s"] - AT_REST)}
 
@@ -1050,7 +1051,7 @@ _PSI = (
 )
 
 
-def _gradient_sweep(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+def _gradient_sweep(a: Given, out: Outputs) -> np.ndarray:
     """Components of dpsi/ds against differences of psi."""
     s, mu, lam = a["s"], a["mu"], a["lam"]
     errors = [
@@ -1101,7 +1102,7 @@ _DPSI_DS = (
 )
 
 
-def _hessian_sweep(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+def _hessian_sweep(a: Given, out: Outputs) -> np.ndarray:
     """Entries of d2psi/ds2 against differences of differences of psi."""
     s, mu, lam = a["s"], a["mu"], a["lam"]
 
@@ -1121,7 +1122,7 @@ def _hessian_sweep(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> 
     return np.max(errors, axis=0)
 
 
-def _negative_part(a: Mapping[str, np.ndarray], H: np.ndarray) -> np.ndarray:
+def _negative_part(a: Given, H: np.ndarray) -> np.ndarray:
     """Smallest eigenvalue of the in-plane block, where it is negative."""
     a00, a11, a01 = H[:, 0, 0], H[:, 1, 1], (H[:, 0, 1] + H[:, 1, 0]) / 2
     return np.minimum((a00 + a11) / 2 - np.hypot((a00 - a11) / 2, a01), 0)
@@ -1171,7 +1172,7 @@ _D2PSI_DS2 = (
 # --- S7: stress and forces ---------------------------------------------------------------------------------
 
 
-def _reversed(*names: str) -> Callable[[Rng, Arrays], Arrays]:
+def _reversed(*names: str) -> Change:
     """Change: two principal directions reversed, the same in every matrix."""
 
     def change(rng: Rng, a: Arrays) -> Arrays:
@@ -1181,12 +1182,12 @@ def _reversed(*names: str) -> Callable[[Rng, Arrays], Arrays]:
     return change
 
 
-def _left(*names: str) -> Callable[[Rng, Arrays], Arrays]:
+def _left(*names: str) -> Change:
     """Change: matrices turned, A -> Q A."""
     return lambda rng, a: {name: _mul(Q, a[name]) for name in names}
 
 
-def _rotated_back(a: Mapping[str, np.ndarray], P: np.ndarray) -> np.ndarray:
+def _rotated_back(a: Given, P: np.ndarray) -> np.ndarray:
     return _mul(_mul(_T(a["U"]), P), a["V"]) - _diag(a["dpsi_ds"])
 
 
@@ -1241,11 +1242,11 @@ def _three_pulled(rng: Rng) -> Arrays:
     return _runs(*({"P": P, "grad_phi": G[:, i], "area": sheet["area"], "h": sheet["h"]} for i in range(3)))
 
 
-def _force_scale(a: Mapping[str, np.ndarray]) -> np.ndarray:
+def _force_scale(a: Given) -> np.ndarray:
     return a["h"] * a["area"] * _size(a["P"]) * _size(a["grad_phi"])
 
 
-def _power(a: Mapping[str, np.ndarray], f: np.ndarray) -> np.ndarray:
+def _power(a: Given, f: np.ndarray) -> np.ndarray:
     """Power of the force on a vertex that moves with each unit vector, plus the rate of the stored energy."""
     rates = [(a["P"] * _outer(v[None], a["grad_phi"])).sum(axis=(1, 2)) for v in I]
     return f + (a["h"] * a["area"])[:, None] * np.stack(rates, axis=1)
@@ -1315,7 +1316,7 @@ def _only_stretching(rng: Rng) -> Arrays:
     return {**a, "dU": 0 * a["dU"], "dV": 0 * a["dV"]}
 
 
-def _product_sweep(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+def _product_sweep(a: Given, out: Outputs) -> np.ndarray:
     """The result against differences of U diag(p) V^T, each factor moving at its rate."""
     dp = _apply(a["d2psi_ds2"], a["ds"])
 
@@ -1442,7 +1443,7 @@ def _collapsing(rng: Rng) -> Arrays:
     return _of_sum(np.concatenate([COLLAPSED, np.ones((count, 1))], axis=1), m, k, l)
 
 
-def _beyond_the_floor(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+def _beyond_the_floor(a: Given, out: Outputs) -> np.ndarray:
     """How far twist, out_0 and out_1 exceed what the floor allows, in parts of that."""
     s, p = a["s"], a["dpsi_ds"]
     s = np.stack([s[:, 0] + s[:, 1], s[:, 0], s[:, 1]], axis=1)
@@ -1450,14 +1451,14 @@ def _beyond_the_floor(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) 
     return _error(np.maximum(np.abs(out[0][:, 1:]) * np.maximum(s, FLOOR) - p, 0), _size(p))
 
 
-def _jump(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+def _jump(a: Given, out: Outputs) -> np.ndarray:
     """How far flip at each gap is from flip at none."""
     flip = _split(out[0][:, 0], len(APART))
     scale = _split(natural_scale("eigensystem", out[0], a), len(APART))
     return _error(np.moveaxis(flip - flip[0], 0, 1), scale.max(axis=0))
 
 
-def _outside(a: Mapping[str, np.ndarray], out: np.ndarray) -> np.ndarray:
+def _outside(a: Given, out: np.ndarray) -> np.ndarray:
     """How far twist lies outside the interval from out_0 to out_1."""
     twist, low, high = out[:, 1], out[:, 2:].min(axis=1), out[:, 2:].max(axis=1)
     return np.maximum(np.maximum(low - twist, twist - high), 0)
@@ -1561,7 +1562,7 @@ def _skin(rng: Rng) -> Arrays:
 def _same_contact(turn: np.ndarray) -> Judge:
     """The second run gives the same hit, and the normal turned."""
 
-    def error(a: Mapping[str, np.ndarray], out: tuple[np.ndarray, ...]) -> np.ndarray:
+    def error(a: Given, out: Outputs) -> np.ndarray:
         (hit, hit_again), (n, n_again) = _split(out[0], 2), _split(out[1], 2)
         return np.maximum(np.abs(1.0 * hit_again - hit), _error(n_again - _apply(turn, n), 1 + _size(n)))
 
