@@ -1,0 +1,137 @@
+"""The misconception suite: one-mistake wrong variants of every task's function, and right ones written otherwise.
+
+`cloth/<task>.py` holds blocks, each a whole `@ti.func` with the task's own name, introduced by a line
+
+    # wrong: <name> | cause: <what the diagnosis calls it>
+    # right: <name>
+
+Three more wrong variants of every task are generated from the manifest: zeros, NaN and a wrong shape.
+"""
+
+from __future__ import annotations
+
+import ast
+import itertools
+import re
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from muslin import tasks
+
+HERE = Path(__file__).parent
+SOLUTIONS = HERE.parents[1] / "solutions"
+
+HEADER = re.compile(r"^# (wrong|right): ([\w-]+)(?: \| cause: (.+))?$", re.MULTILINE)
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One way to write a task's function.
+
+    `verdict` is "wrong" or "right". `cause` is what the diagnosis calls the mistake; empty where there is none
+    to make: for a right variant, and for a wrong shape, which is refused before anything is compared.
+    """
+
+    task: str
+    name: str
+    verdict: str
+    cause: str
+    code: str
+    generated: bool = False
+
+    def __str__(self) -> str:
+        return f"{self.task}: {self.name}"
+
+
+def variants(assignment: str = "cloth") -> list[Variant]:
+    """All variants of all tasks, in the order of the task table."""
+    return [
+        variant
+        for task in tasks.assignment(assignment).tasks.values()
+        for variant in (*written(task, assignment), *generated(task))
+    ]
+
+
+def written(task: tasks.Task, assignment: str = "cloth") -> list[Variant]:
+    """Variants of one task's file."""
+    text = (HERE / assignment / f"{task.name}.py").read_text(encoding="utf-8")
+    headers = list(HEADER.finditer(text))
+    ends = [header.start() for header in headers[1:]] + [len(text)]
+    return [
+        Variant(task.name, header[2], header[1], header[3] or "", text[header.end() : end].strip() + "\n")
+        for header, end in zip(headers, ends, strict=True)
+    ]
+
+
+def generated(task: tasks.Task) -> list[Variant]:
+    """Zeros, NaN and a wrong shape, from the manifest."""
+    head = f"@ti.func\ndef {task.name}({', '.join(value.name for value in task.arguments)}):\n    return "
+    kinds = [value.kind for value in task.results]
+    first = {"scalar": "vec3", "vec3": "mat3", "vec4": "vec3", "mat3": "vec3"}
+    wrong = [first.get(kind, kind) for kind in kinds]
+    return [
+        Variant(task.name, "zeros", "wrong", "zeros", f"{head}{_filled(kinds, '0.0')}\n", True),
+        Variant(task.name, "nan", "wrong", "nan", f"{head}{_filled(kinds, 'ti.math.nan')}\n", True),
+        Variant(task.name, "wrong-shape", "wrong", "", f"{head}{_filled(wrong, '0.0')}\n", True),
+    ]
+
+
+def _filled(kinds: list[str], number: str) -> str:
+    """Source of a value of each kind with this number everywhere."""
+
+    def filled(kind: str) -> str:
+        shape, integer = tasks.KINDS[kind]
+        if integer:
+            return "0"
+        row = f"[{', '.join([number] * (shape[0] if shape else 1))}]"
+        if len(shape) == 2:
+            return f"ti.Matrix([{', '.join([row] * shape[0])}])"
+        return f"ti.Vector({row})" if shape else number
+
+    return ", ".join(filled(kind) for kind in kinds)
+
+
+def submission(folder: Path | str, chosen: Mapping[str, Variant], assignment: str = "cloth") -> Path:
+    """Write the reference solution with the functions of some tasks replaced by variants.
+
+    Parameters
+    ----------
+    folder : path
+        Where to; made if need be.
+    chosen : dict of Variant
+        By task.
+
+    Returns
+    -------
+    Path
+        The folder.
+    """
+    table = tasks.assignment(assignment)
+    folder = Path(folder)
+    folder.mkdir(parents=True, exist_ok=True)
+    for file in table.files:
+        source = (SOLUTIONS / assignment / file).read_text(encoding="utf-8")
+        for name, variant in chosen.items():
+            if table.tasks[name].file == file:
+                source = replaced(source, name, variant.code)
+        (folder / file).write_text(source, encoding="utf-8")
+    return folder
+
+
+def replaced(source: str, function: str, code: str) -> str:
+    """A file's source with one of its functions written otherwise; everything else stays as it is."""
+    node = next(n for n in ast.parse(source).body if isinstance(n, ast.FunctionDef) and n.name == function)
+    lines = source.splitlines(keepends=True)
+    first = min(node.lineno, *(decorator.lineno for decorator in node.decorator_list)) - 1
+    return "".join(lines[:first]) + code + "".join(lines[node.end_lineno :])
+
+
+def rounds(verdict: str, assignment: str = "cloth") -> Iterator[dict[str, Variant]]:
+    """All "wrong" or all "right" variants in as few submissions as there can be: one of each task in each."""
+    columns: dict[str, list[Variant]] = {}
+    for variant in variants(assignment):
+        if variant.verdict == verdict:
+            columns.setdefault(variant.task, []).append(variant)
+    for row in itertools.zip_longest(*columns.values()):
+        yield {variant.task: variant for variant in row if variant is not None}
