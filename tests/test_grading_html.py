@@ -4,6 +4,7 @@ import base64
 import dataclasses
 import hashlib
 import http.server
+import itertools
 import re
 import shutil
 import subprocess
@@ -101,6 +102,12 @@ def test_pictures_and_plots_have_words_for_those_who_cannot_see_them(report):
     assert all(image["alt"] for image in page.all("img"))
     assert all(svg["role"] == "img" and svg["aria-label"] for svg in page.all("svg"))
     assert page.all("html")[0]["lang"] == "en"
+
+
+def test_headings_leave_out_no_level(report):
+    levels = [int(tag[1]) for tag, _ in Page(report).tags if re.fullmatch("h[1-6]", tag)]
+    assert levels[0] == 1
+    assert all(after <= before + 1 for before, after in itertools.pairwise(levels))
 
 
 def test_failed_tasks_are_open_and_the_others_closed():

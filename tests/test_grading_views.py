@@ -113,6 +113,20 @@ def test_a_failed_public_check_shows_numbers_mistake_next_step_and_section(forma
 
 
 @pytest.mark.parametrize("format", ["terminal", "gradescope", "exercism", "junit", "html"])
+def test_a_message_without_end_does_not_hide_the_advice(format):
+    table = list(samples.ASSIGNMENT.tasks.values())
+    task = samples.wrong(
+        table[0], message="numbers " * 50_000, output="printed " * 50_000, advice="Look at the sign."
+    )
+    notes = tuple(f"left out file {k}" for k in range(5000))
+    record = samples.record([task], samples.NO_SIMULATION, notes=notes)
+    text = rendered(record, format)
+    assert "Look at the sign." in text
+    assert "printed printed" in text
+    assert len(text) < 60_000
+
+
+@pytest.mark.parametrize("format", ["terminal", "gradescope", "exercism", "junit", "html"])
 def test_a_failed_hidden_check_shows_its_category(format):
     assert "wrong where two stretches are nearly equal" in rendered(samples.mixed(), format)
 

@@ -147,11 +147,11 @@ def _checks(task: TaskResult) -> str:
     return "".join(_check(check) for check in task.checks)
 
 
-def _check(check: Check) -> str:
+def _check(check: Check, heading: str = "h4") -> str:
     first, _, rest = check.message.partition("\n")
     glyph = f'<span class="glyph {_TONES[check.status]}" aria-hidden="true">{_GLYPHS[check.status]}</span>'
     said = f'<span class="aloud">{check.status}: </span>'
-    parts = [f"<h4>{glyph} {said}{_line(check.name)}</h4>", f"<p>{_text(first)}</p>"]
+    parts = [f"<{heading}>{glyph} {said}{_line(check.name)}</{heading}>", f"<p>{_text(first)}</p>"]
     if rest:
         name = _line(f"{check.name}: numbers")
         parts.append(f'<pre tabindex="0" role="region" aria-label="{name}">{_text(rest)}</pre>')
@@ -183,7 +183,7 @@ def _simulation(record: Record, quality: str) -> str:
     if simulation.stand_ins and simulation.status != SKIPPED:
         names = ", ".join(f"<code>{_line(name)}</code>" for name in simulation.stand_ins[:50])
         parts.append(f'<p class="quiet">Muslin’s own code stood in for {names}.</p>')
-    parts += [_check(check) for check in simulation.checks]
+    parts += [_check(check, "h3") for check in simulation.checks]
     if simulation.status != SKIPPED or simulation.positions:
         parts += [_pictures(record, quality), _energies(record)]
     return "\n".join(part for part in parts if part)
@@ -222,7 +222,7 @@ def _energies(record: Record) -> str:
     if not simulation.energies and not simulation.reference_energies:
         return ""
     figures = "".join(
-        f"<figure><h4>{name.capitalize()} energy [J]</h4>{svg}"
+        f"<figure><h3>{name.capitalize()} energy [J]</h3>{svg}"
         + (f"<figcaption>{_line(note)}</figcaption>" if note else "")
         + "</figure>"
         for name, svg, note in energy_plot.plots(simulation.energies, simulation.reference_energies)

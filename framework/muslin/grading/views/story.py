@@ -1,6 +1,6 @@
 """What a record has to say, in plain words and in reading order: shared by every view that is read by people.
 
-But for `printed`, texts returned here are still raw: views escape and cap them.
+Views escape what is returned here once more, each in its own way, and cap the whole.
 """
 
 from __future__ import annotations
@@ -20,7 +20,10 @@ WORDS = {
 }
 
 #: Most characters that are shown of a check's message and of what a submission printed.
-MESSAGE, OUTPUT = 6_000, 6_000
+MESSAGE, OUTPUT = 4_000, 6_000
+
+#: Most notes that are shown.
+NOTES = 20
 
 
 def numbered(record: Record) -> Iterator[tuple[str, TaskResult]]:
@@ -35,14 +38,9 @@ def numbered(record: Record) -> Iterator[tuple[str, TaskResult]]:
         yield f"{len(sections)}.{count}", task
 
 
-def shown_checks(task: TaskResult) -> list[Check]:
-    """The checks worth reading: those that failed, or nothing if all is well."""
-    return [check for check in task.checks if check.status == FAILED]
-
-
 def told(check: Check) -> list[str]:
     """A check in lines: its name and message, then the likely mistake and the next step where they are known."""
-    first, *more = check.message.split("\n")
+    first, *more = capped(check.message, MESSAGE).split("\n")  # however long it is, advice follows
     lines = [f"{check.name}: {first}", *(f"  {line}" for line in more)]
     if check.diagnosis:
         lines.append(f"Likely mistake: {check.diagnosis}")
@@ -55,7 +53,7 @@ def task_told(task: TaskResult) -> str:
     """What a student should read about a task."""
     if task.status == NOT_IMPLEMENTED:
         return f"Not implemented yet. The handout explains it in section {task.section}, the file is {task.file}."
-    failed = shown_checks(task)
+    failed = [check for check in task.checks if check.status == FAILED]
     if not failed:
         passed = [check for check in task.checks if check.status == PASSED]
         return "\n".join(f"{check.name}: {check.message}" for check in passed) or "Passed."
@@ -93,6 +91,9 @@ def circumstances(record: Record) -> list[tuple[str, str]]:
     if hidden.get("instructor"):
         cases += f", {hidden['instructor']} per task from the instructor"
     safety = record.safety
+    notes = [*record.submission.notes, *safety.notes]
+    if len(notes) > NOTES:
+        notes[NOTES - 1 :] = [f"and {len(notes) - NOTES + 1} more"]
     known = [name for name in ("muslin", "taichi", "numpy", "mpmath", "python") if name in environment]
     mode = [str(environment.get("precision", "")), f"threads: {environment.get('threads', '')}"]
     mode.append("fast math" if environment.get("fast_math") else "no fast math")
@@ -104,5 +105,5 @@ def circumstances(record: Record) -> list[tuple[str, str]]:
         ("Versions", ", ".join(f"{name} {environment[name]}" for name in known)),
         ("System", str(environment.get("platform", ""))),
         ("Mode", ", ".join(mode)),
-        *(("Note", note) for note in (*record.submission.notes, *safety.notes)),
+        *(("Note", note) for note in notes),
     ]

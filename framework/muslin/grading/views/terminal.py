@@ -48,7 +48,7 @@ def render(record: Record, colour: bool = False) -> str:
         )
         lines += _details(task)
     lines += ["", f"  Simulation: {status(record.simulation.status, 0)}"]
-    lines += _indented(story.simulation_told(record), story.MESSAGE)
+    lines += _indented(story.simulation_told(record), 4 * story.MESSAGE)
     lines.append("")
     lines += [f"  {name:10}  {one_line(value, 500)}" for name, value in story.circumstances(record)]
     return (
@@ -60,7 +60,7 @@ def render(record: Record, colour: bool = False) -> str:
 def _details(task: TaskResult) -> list[str]:
     lines = []
     if task.status in (FAILED, ERROR):
-        lines += _indented(story.task_told(task), story.MESSAGE)
+        lines += _indented(story.task_told(task), 4 * story.MESSAGE)
     if task.output:
         lines += _indented("Your code printed:", 100)
         lines += _indented(story.printed(task, story.OUTPUT), 2 * story.OUTPUT)
