@@ -86,7 +86,7 @@ BACKGROUND: tuple[Colour, Colour] = ("#eceef0", "#e6e4e1")
 """Top and bottom of the picture behind everything."""
 
 _WHITEST = 3.0  # light this bright is shown as white
-_BANDS = 48  # row bands per picture; any number gives the same picture
+_BANDS = 12  # row bands per picture; any number gives the same picture
 
 
 def draw(
@@ -148,20 +148,34 @@ def draw(
 
     samples = settled.samples
     jitter = 0.25 if samples > 1 else 0.0
-    edges, box, depth, seen = _workspace(len(scene.triangles), width * samples, height * samples)
+    edges, box, facing, outer, rim, seen, nearest, farthest, sample_seen, sample_depth = _workspace(
+        len(scene.triangles), width * height, samples * samples
+    )
     raster.edge_functions(
         np.ascontiguousarray(camera.view(scene.points)), scene.triangles, camera.focal(size) * samples,
-        camera.near, width * samples, height * samples, edges, box,
+        camera.near, width * samples, height * samples, edges, box, facing,
     )  # fmt: skip
-    raster.rasterise(edges, box, camera.near, jitter, _BANDS, depth, seen)
+    if samples > 1:
+        corner = _buffer("corner", (len(scene.points),), np.int32)
+        raster.find_outlines(scene.triangles, _neighbours(scene), facing, corner, outer)
+        raster.mark_rims(edges, box, outer, samples, width, height, _BANDS, rim)
+    else:
+        rim[:] = 0
+    raster.rasterise(
+        edges, box, camera.near, samples, jitter, width, height, _BANDS, rim, seen, nearest, farthest,
+        sample_seen, sample_depth,
+    )  # fmt: skip
 
     sun_frames, texel = _frames(
         _sun_disc(to_sun, light.softness, settled.sun_maps), scene, settled.sun_texels
     )
-    sun_maps = _buffer("sun", (settled.sun_maps, settled.sun_texels, settled.sun_texels))
+    sun_maps = _buffer("sun", (settled.sun_maps * settled.sun_texels**2,))
     bands = 8 if settled.sun_maps < 4 else 1
-    scratch = _buffer("sun points", (settled.sun_maps * bands, len(scene.points), 3))
-    raster.depth_maps(scene.vertex, scene.casters, sun_frames, 0, bands, scratch, sun_maps)
+    scratch = _buffer("sun points", (settled.sun_maps * bands * len(scene.points) * 3,))
+    raster.depth_maps(
+        scene.vertex, scene.casters, sun_frames, 0, settled.sun_texels, bands, scratch, sun_maps
+    )
+    roof_frame, roof, lowest = _roof(scene, to_sun, light.softness if settled.sun_maps > 1 else 0.0, texel)
     _light_vertices(scene, settled, up)
 
     settings = np.zeros(shade.SETTINGS, dtype=np.float32)
@@ -179,11 +193,13 @@ def draw(
         settings[place : place + 3] = value
     settings[shade.OFFSET] = 1.6 * texel
     settings[shade.WHITEST] = _WHITEST
+    settings[shade.ROOF : shade.ROOF + 12] = roof_frame
+    settings[shade.LOWEST] = lowest
     settings[shade.WIRE_WIDTH] = 0.45 * max(height / 720, 1)
     picture: Image = np.empty((height, width, 3), dtype=np.uint8)
     shade.shade(
-        samples, jitter, seen, scene.vertex, scene.triangles, edges, scene.surfaces, settings,
-        strain_table(), sun_frames, sun_maps, _encoding(), picture,
+        samples, jitter, seen, sample_seen, scene.vertex, scene.triangles, edges, scene.surfaces, settings,
+        strain_table(), sun_frames, sun_maps, settled.sun_texels, roof, _encoding(), picture,
     )  # fmt: skip
     if legend is not None:
         picture = draw_legend(picture, legend)
@@ -335,9 +351,9 @@ def _light_vertices(scene: _Scene, settled: Quality, up: NDArray[np.float64]) ->
         return
     directions = _hemisphere(up, settled.sky_maps)
     frames, texel = _frames(directions, scene, settled.sky_texels)
-    maps = _buffer("sky", (2 * settled.sky_maps, settled.sky_texels, settled.sky_texels))
-    scratch = _buffer("sky points", (settled.sky_maps, len(scene.points), 3))
-    raster.depth_maps(scene.vertex, scene.casters, frames, 1, 1, scratch, maps)
+    maps = _buffer("sky", (2 * settled.sky_maps * settled.sky_texels**2,))
+    scratch = _buffer("sky points", (settled.sky_maps * len(scene.points) * 3,))
+    raster.depth_maps(scene.vertex, scene.casters, frames, 1, settled.sky_texels, 1, scratch, maps)
     height = directions @ up
     to_light = np.zeros((2 * settled.sky_maps, 5), dtype=np.float32)
     to_light[: settled.sky_maps, :3] = directions
@@ -345,7 +361,7 @@ def _light_vertices(scene: _Scene, settled: Quality, up: NDArray[np.float64]) ->
     # sum_k cos_k weight = 1 for a surface that faces up (down) and sees all of the sky (floor).
     to_light[: settled.sky_maps, 3] = 1 / height.sum()
     to_light[settled.sky_maps :, 4] = 1 / height.sum()
-    shade.sky_light(scene.vertex, frames, maps, to_light, 1.5 * texel)
+    shade.sky_light(scene.vertex, frames, maps, settled.sky_texels, to_light, 1.5 * texel)
     shade.smooth_light(scene.triangles, 3, scene.vertex, _buffer("sums", (len(scene.vertex), 5)))
 
 
@@ -357,17 +373,45 @@ def _frames(directions: NDArray[np.float64], scene: _Scene, texels: int) -> tupl
     """
     half = 2.0 ** (np.ceil(np.log2(scene.radius * 1.02) * 8) / 8)
     texel = 2 * half / (texels - 4)
-    frames = np.zeros((len(directions), 12), dtype=np.float32)
-    for i, w in enumerate(directions):
-        u = np.cross(w, np.eye(3)[np.argmin(np.abs(w))])
-        u /= np.linalg.norm(u)
-        v = np.cross(w, u)
-        for row, axis in ((0, u), (4, v)):
-            middle = np.round(scene.center @ axis / texel)
-            frames[i, row : row + 3] = axis / texel
-            frames[i, row + 3] = texels / 2 - middle
-        frames[i, 8:11] = w
+    w = np.asarray(directions)
+    u = np.cross(w, np.eye(3)[np.argmin(np.abs(w), axis=1)])
+    u /= np.linalg.norm(u, axis=1, keepdims=True)
+    frames = np.zeros((len(w), 12), dtype=np.float32)
+    for row, axis in ((0, u), (4, np.cross(w, u))):
+        frames[:, row : row + 3] = axis / texel
+        frames[:, row + 3] = texels / 2 - np.round(axis @ scene.center / texel)
+    frames[:, 8:11] = w
     return frames, float(texel)
+
+
+def _roof(
+    scene: _Scene, to_sun: NDArray[np.float64], softness: float, texel: float
+) -> tuple[NDArray[np.float32], NDArray[np.float32], float]:
+    """A coarse map of what could stand before any part of the sun: most of a picture is above it, and lit.
+
+    Returns
+    -------
+    frame : (12,) array
+        As in `_frames`, for the middle of the sun.
+    roof : array
+        Each cell's greatest height above which no sunlight can be missing.
+    lowest : float
+        Height down to which that holds.
+    """
+    from muslin.render import raster
+
+    cells, depth = 64, 4 * scene.radius
+    frame, cell = _frames(to_sun[None], scene, cells)
+    # As far aside as light from the sun's rim comes on its way down, or the depth maps' texels blur.
+    around = int(np.ceil((depth * np.tan(np.radians(softness)) * 1.02 + 3 * texel) / cell))
+    frame[0, [3, 7]] += around
+    roof = _buffer("roof", (cells + 2 * around, cells + 2 * around))
+    raster.roof_heights(scene.vertex, scene.casters, frame, roof)
+    wide = np.pad(roof, around, constant_values=-1e30)
+    for axis in (0, 1):
+        wide = np.lib.stride_tricks.sliding_window_view(wide, 2 * around + 1, axis).max(axis=-1)
+    top = float(wide.max())
+    return frame[0], np.ascontiguousarray(wide + np.float32(0.2 * texel)), max(top - depth, -1e30)
 
 
 def _sun_disc(to_sun: NDArray[np.float64], softness: float, n: int) -> NDArray[np.float64]:
@@ -408,12 +452,42 @@ def _buffer(name: str, shape: tuple[int, ...], dtype: Any = np.float32) -> NDArr
     return old
 
 
-def _workspace(triangles: int, width: int, height: int) -> tuple[NDArray[Any], ...]:
+_known: list[Any] = []
+
+
+def _neighbours(scene: _Scene) -> NDArray[np.int32]:
+    """The triangle across each edge, opposite vertex 0, 1, 2, or -1 where a smooth surface ends, (m, 3)."""
+    from muslin.render import shade
+
+    t = scene.triangles
+    smooth = scene.surfaces[:, shade.SMOOTH] > 0
+    if _known and np.array_equal(_known[0], t) and np.array_equal(_known[1], smooth):
+        return _known[2]  # of the frame before
+    ends = np.sort(np.stack([t[:, [1, 2]], t[:, [2, 0]], t[:, [0, 1]]], axis=1).reshape(-1, 2), axis=1)
+    key = ends[:, 0].astype(np.int64) * (len(scene.points) + 1) + ends[:, 1]
+    order = np.argsort(key, kind="stable")
+    first = np.flatnonzero(np.diff(key[order], prepend=-1))  # of each run of equal edges
+    pairs = first[np.diff(first, append=len(key)) == 2]
+    across = np.full(len(key), -1, dtype=np.int32)
+    across[order[pairs]], across[order[pairs + 1]] = order[pairs + 1] // 3, order[pairs] // 3
+    neighbours = across.reshape(-1, 3)
+    neighbours[~smooth[t[:, 3]]] = -1
+    _known[:] = [t, smooth, neighbours]
+    return neighbours
+
+
+def _workspace(triangles: int, pixels: int, samples: int) -> tuple[NDArray[Any], ...]:
     return (
         _buffer("edges", (triangles, 9), np.float64),
         _buffer("box", (triangles, 4), np.int32),
-        _buffer("depth", (height, width)),
-        _buffer("seen", (height, width), np.int32),
+        _buffer("facing", (triangles,), np.int32),
+        _buffer("outer", (triangles,), np.int32),
+        _buffer("rim", (pixels,), np.int32),
+        _buffer("seen", (pixels,), np.int32),
+        _buffer("nearest", (pixels,)),
+        _buffer("farthest", (pixels,)),
+        _buffer("sample seen", (pixels * samples,), np.int32),
+        _buffer("sample depth", (pixels * samples,)),
     )
 
 

@@ -17,24 +17,42 @@ from muslin import runtime
 
 ti = runtime.taichi()
 
+#: What no triangle covers; what several triangles share.
+NONE, MIXED = -1, -2
+
 F = ti.f32
 D2 = ti.types.ndarray(dtype=ti.f64, ndim=2)
 F1 = ti.types.ndarray(dtype=ti.f32, ndim=1)
 F2 = ti.types.ndarray(dtype=ti.f32, ndim=2)
 F3 = ti.types.ndarray(dtype=ti.f32, ndim=3)
+I1 = ti.types.ndarray(dtype=ti.i32, ndim=1)
 I2 = ti.types.ndarray(dtype=ti.i32, ndim=2)
 U1 = ti.types.ndarray(dtype=ti.u8, ndim=1)
 U3 = ti.types.ndarray(dtype=ti.u8, ndim=3)
 
 
+@ti.func
+def lesser(a, b):
+    """The lesser of two numbers in one instruction; `ti.min` takes four to treat what is not a number."""
+    return ti.select(a < b, a, b)
+
+
+@ti.func
+def greater(a, b):
+    """The greater of two numbers, as `lesser`."""
+    return ti.select(a > b, a, b)
+
+
 @ti.kernel
 def edge_functions(
-    view: D2, triangles: I2, focal: ti.f64, near: ti.f64, width: ti.i32, height: ti.i32, edges: D2, box: I2
-):
+    view: D2, triangles: I2, focal: ti.f64, near: ti.f64, width: ti.i32, height: ti.i32, edges: D2, box: I2,
+    facing: I1,
+):  # fmt: skip
     """Linear functions beta_i / t = a x + b y + c of the sample position, and the box of samples to test.
 
     view (n, 3): right, up, forward of the camera; focal, width, height: in samples; edges (m, 9): a, b, c of
-    each vertex; box (m, 4): first and last column, first and last row; empty if nothing is visible.
+    each vertex; box (m, 4): first and last column, first and last row; empty if nothing is visible; facing
+    (m,): the side that is seen, 1 or -1, or 0 if it is seen nearly edge-on.
     """
     for m in range(triangles.shape[0]):
         v = ti.Matrix.zero(ti.f64, 3, 3)
@@ -67,15 +85,44 @@ def edge_functions(
         n1 = ti.Vector([v[2, 0], v[2, 1], v[2, 2]]).cross(ti.Vector([v[0, 0], v[0, 1], v[0, 2]]))
         n2 = ti.Vector([v[0, 0], v[0, 1], v[0, 2]]).cross(ti.Vector([v[1, 0], v[1, 1], v[1, 2]]))
         det = v[0, 0] * n0[0] + v[0, 1] * n0[1] + v[0, 2] * n0[2]
+        facing[m] = 0
         if ti.abs(det) < 1e-18:
             box[m, 0] = width  # seen edge-on, or no area
             box[m, 1] = -1
         else:
+            slope = ti.Vector([0.0, 0.0])
             for i in ti.static(range(3)):
                 n = (n0, n1, n2)[i] / det
                 edges[m, 3 * i] = n[0] / focal
                 edges[m, 3 * i + 1] = -n[1] / focal
-                edges[m, 3 * i + 2] = n[2] - (n[0] * width - n[1] * height) / (2 * focal)
+                # No gaps between neighbours: each reaches a ten-millionth of a sample beyond its edges.
+                gap = 1e-7 * (ti.abs(n[0]) + ti.abs(n[1])) / focal
+                edges[m, 3 * i + 2] = n[2] - (n[0] * width - n[1] * height) / (2 * focal) + gap
+                slope += ti.Vector([n[0], n[1]]) / focal
+            # Too steep to tell its depth within a pixel from that at the pixel's centre?
+            if ti.abs(slope).sum() * ti.max(v[0, 2], v[1, 2], v[2, 2]) < 0.005:
+                facing[m] = ti.select(det > 0, 1, -1)
+
+
+@ti.kernel
+def find_outlines(triangles: I2, neighbours: I2, facing: I1, corner: I1, outer: I1):
+    """Triangles at which a smooth surface ends or turns away from the eye: outer[m], 0 or 1.
+
+    neighbours (m, 3): triangles across each edge, opposite vertex 0, 1, 2, and -1 for none; corner (n,):
+    scratch.
+    """
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        for q in range(corner.shape[0]):
+            corner[q] = 0
+        for m in range(triangles.shape[0]):
+            for i in range(3):
+                beyond = neighbours[m, i]
+                if beyond < 0 or facing[m] == 0 or facing[ti.max(beyond, 0)] != facing[m]:
+                    corner[triangles[m, (i + 1) % 3]] = 1
+                    corner[triangles[m, (i + 2) % 3]] = 1
+        for m in range(triangles.shape[0]):
+            outer[m] = corner[triangles[m, 0]] | corner[triangles[m, 1]] | corner[triangles[m, 2]]
 
 
 @ti.func
@@ -86,154 +133,287 @@ def sample_place(row, column, jitter):
     return x, y
 
 
+@ti.func
+def span(begin, end, start, step, spread):
+    """Columns from begin to end in which start + step * column >= -spread, with one to spare on each side."""
+    lo, hi = ti.f64(begin), ti.f64(end)
+    for i in ti.static(range(3)):
+        zero = -(start[i] + spread[i]) / step[i]
+        if step[i] > 0:
+            lo = greater(lo, zero - 1)
+        elif step[i] < 0:
+            hi = lesser(hi, zero + 2)
+    return ti.cast(lesser(lo, ti.f64(end)), ti.i32), ti.cast(greater(hi, ti.f64(begin)), ti.i32)
+
+
+@ti.func
+def coefficients(edges: ti.template(), m):
+    """a, b, c of triangle m's three functions beta = a x + b y + c, as vectors."""
+    return (
+        ti.Vector([edges[m, 0], edges[m, 3], edges[m, 6]]),
+        ti.Vector([edges[m, 1], edges[m, 4], edges[m, 7]]),
+        ti.Vector([edges[m, 2], edges[m, 5], edges[m, 8]]),
+    )
+
+
 @ti.kernel
-def rasterise(edges: D2, box: I2, near: ti.f64, jitter: ti.f64, bands: ti.i32, depth: F2, seen: I2):
-    """The nearest triangle of every sample: `seen` (-1 for none) and the inverse depth in `depth`."""
+def mark_rims(
+    edges: D2, box: I2, outer: I1, samples: ti.i32, width: ti.i32, height: ti.i32, bands: ti.i32, rim: I1
+):
+    """Pixels that an `outer` triangle touches, whose samples may differ: rim, 0 or 1."""
     ti.loop_config(block_dim=1)
     for band in range(bands):
-        top = band * seen.shape[0] // bands
-        bottom = (band + 1) * seen.shape[0] // bands
-        for y in range(top, bottom):
-            for x in range(seen.shape[1]):
-                depth[y, x] = 0
-                seen[y, x] = -1
+        top = band * height // bands
+        bottom = (band + 1) * height // bands
+        for i in range(top * width, bottom * width):
+            rim[i] = 0
         for m in range(edges.shape[0]):
-            first = ti.max(box[m, 2], top)
-            last = ti.min(box[m, 3] + 1, bottom)
-            if first < last:
-                a = ti.Vector([edges[m, 0], edges[m, 3], edges[m, 6]])
-                b = ti.Vector([edges[m, 1], edges[m, 4], edges[m, 7]])
-                c = ti.Vector([edges[m, 2], edges[m, 5], edges[m, 8]])
-                left, right = box[m, 0], box[m, 1] + 1
-                wide = right - left > 6
+            first = ti.max(box[m, 2] // samples, top)
+            last = ti.min(box[m, 3] // samples + 1, bottom)
+            if outer[m] != 0 and first < last and box[m, 0] <= box[m, 1]:
+                a, b, c = coefficients(edges, m)
+                spread = 0.5 * samples * (ti.abs(a) + ti.abs(b))
                 for row in range(first, last):
-                    x = 0.5 + jitter * (1 - 2 * (row & 1))
-                    y = row + 0.5
-                    start = a * x + b * y + c  # at column 0, without the columns' own jitter
-                    step = b * jitter
-                    begin, end = left, right
-                    if wide:  # a narrower span, with a sample to spare on each side
-                        lo, hi = ti.f64(left), ti.f64(right)
-                        for i in ti.static(range(3)):
-                            zero = -(start[i] + ti.abs(step[i])) / a[i]
-                            if a[i] > 0:
-                                lo = ti.max(lo, zero - 1)
-                            elif a[i] < 0:
-                                hi = ti.min(hi, zero + 2)
-                        begin = ti.cast(ti.min(lo, right), ti.i32)
-                        end = ti.cast(ti.max(hi, left), ti.i32)
-                    for column in range(begin, end):
-                        side = ti.f64(2 * (column & 1) - 1)
-                        l0 = start[0] + a[0] * column + side * step[0]
-                        l1 = start[1] + a[1] * column + side * step[1]
-                        l2 = start[2] + a[2] * column + side * step[2]
-                        if l0 >= 0 and l1 >= 0 and l2 >= 0:
-                            w = ti.cast(l0 + l1 + l2, ti.f32)
-                            if w > depth[row, column] and w * near <= 1:
-                                depth[row, column] = w
-                                seen[row, column] = m
+                    start = a * (0.5 * samples) + b * ((row + 0.5) * samples) + c
+                    begin, end = span(
+                        box[m, 0] // samples, box[m, 1] // samples + 1, start, a * samples, spread
+                    )
+                    for i in range(row * width + begin, row * width + end):
+                        rim[i] = 1
 
 
 @ti.kernel
-def depth_maps(points: F2, triangles: I2, frames: F2, far_side: ti.i32, bands: ti.i32, scratch: F3, maps: F3):
+def rasterise(
+    edges: D2, box: I2, near: ti.f64, samples: ti.i32, jitter: ti.f64, width: ti.i32, height: ti.i32,
+    bands: ti.i32, rim: I1, seen: I1, nearest: F1, farthest: F1, sample_seen: I1, sample_depth: F1,
+):  # fmt: skip
+    """The triangle that every pixel sees in `seen`: `NONE`, or `MIXED` where its samples differ.
+
+    Samples are looked at one by one only where it can make a difference: in pixels of the rim (see
+    `mark_rims`) that a triangle does not cover whole, and where surfaces meet. Anywhere else the triangle at
+    the pixel's centre has all of the pixel.
+
+    nearest, farthest: greatest and least inverse depth of a pixel's samples; sample_seen, sample_depth: what
+    the samples of mixed pixels see, and nothing elsewhere.
+    """
+    reach = 0.5 * (samples - 1) + jitter  # of a sample from the pixel's centre, at most
+    ti.loop_config(block_dim=1)
+    for band in range(bands):
+        top = band * height // bands
+        bottom = (band + 1) * height // bands
+        for i in range(top * width, bottom * width):
+            seen[i] = NONE
+            nearest[i] = 0
+            farthest[i] = 0
+        for m in range(edges.shape[0]):
+            first = ti.max(box[m, 2] // samples, top)
+            last = ti.min(box[m, 3] // samples + 1, bottom)
+            if first < last and box[m, 0] <= box[m, 1]:
+                a, b, c = coefficients(edges, m)
+                spread = reach * (ti.abs(a) + ti.abs(b))
+                w_spread = reach * (ti.abs(a.sum()) + ti.abs(b.sum()))
+                step = a * samples
+                left, right = box[m, 0] // samples, box[m, 1] // samples + 1
+                for row in range(first, last):
+                    start = a * (0.5 * samples) + b * ((row + 0.5) * samples) + c
+                    begin, end = left, right
+                    if right - left > 6:
+                        begin, end = span(left, right, start, step, spread)
+                    unclear = 0
+                    b0 = start[0] + step[0] * begin
+                    b1 = start[1] + step[1] * begin
+                    b2 = start[2] + step[2] * begin
+                    for i in range(row * width + begin, row * width + end):
+                        if lesser(lesser(b0 + spread[0], b1 + spread[1]), b2 + spread[2]) >= 0:
+                            w = b0 + b1 + b2
+                            most, least = F(w + w_spread), F(w - w_spread)
+                            if most > farthest[i]:
+                                inset = ti.f64(rim[i])
+                                if (
+                                    b0 >= inset * spread[0] and b1 >= inset * spread[1]
+                                    and b2 >= inset * spread[2]
+                                    and least > nearest[i] and most * near <= 1
+                                ):  # fmt: skip
+                                    seen[i] = m
+                                    nearest[i] = most
+                                    farthest[i] = least
+                                else:
+                                    unclear += 1
+                        b0 += step[0]
+                        b1 += step[1]
+                        b2 += step[2]
+                    if unclear > 0 and samples > 1:
+                        for column in range(begin, end):
+                            i = row * width + column
+                            beta = start + step * column
+                            if seen[i] != m and F(beta.sum() + w_spread) > farthest[i]:
+                                whole = rim[i] == 0
+                                touches = least_of(beta) >= 0
+                                if not whole:
+                                    touches = least_of(beta + spread) >= 0
+                                if touches:
+                                    sample(
+                                        edges, m, whole, near, samples, jitter, row, column, i, seen, nearest,
+                                        farthest, sample_seen, sample_depth,
+                                    )  # fmt: skip
+
+
+@ti.func
+def least_of(beta):
+    """The least of three numbers."""
+    return lesser(lesser(beta[0], beta[1]), beta[2])
+
+
+@ti.func
+def sample(
+    edges: ti.template(), m, whole, near, samples, jitter, row, column, pixel, seen: ti.template(),
+    nearest: ti.template(), farthest: ti.template(), sample_seen: ti.template(), sample_depth: ti.template(),
+):  # fmt: skip
+    """Test triangle m, which may have the whole pixel, against each sample of it."""
+    total = samples * samples
+    before = seen[pixel]
+    least, most = F(1e30), F(0.0)
+    for r in range(total):
+        k = pixel * total + r
+        x, y = sample_place(row * samples + r // samples, column * samples + r % samples, jitter)
+        if before != MIXED:
+            sample_seen[k] = before
+            sample_depth[k] = 0
+            if before >= 0:
+                a, b, c = coefficients(edges, before)
+                sample_depth[k] = F((a * x + b * y + c).sum())
+        a, b, c = coefficients(edges, m)
+        beta = a * x + b * y + c
+        w = F(beta.sum())
+        if (whole or least_of(beta) >= 0) and w > sample_depth[k] and w * near <= 1:
+            sample_seen[k] = m
+            sample_depth[k] = w
+        least = lesser(least, sample_depth[k])
+        most = greater(most, sample_depth[k])
+    seen[pixel] = MIXED
+    nearest[pixel] = most
+    farthest[pixel] = least
+
+
+@ti.kernel
+def depth_maps(
+    points: F2, triangles: I2, frames: F2, far_side: ti.i32, res: ti.i32, bands: ti.i32, scratch: F1, maps: F1
+):
     """Orthographic depth maps: the height of the first surface met by parallel light.
 
     frames (k, 12): rows u, v (in texels) and height towards the light, each three numbers and an offset;
-    scratch (k * bands, n, 3) for the points in those axes; maps (k, r, r) the greatest height over each
-    texel, or with `far_side` maps (2k, r, r), where map k + i is the least height over each texel of map i:
-    what the opposite light meets first.
+    scratch (k bands n 3) for the points in those axes; maps (k res res) the greatest height over each texel,
+    or with `far_side` maps (2k res res), where map k + i is the least height over each texel of map i: what
+    the opposite light meets first.
     """
-    res = maps.shape[1]
     count = frames.shape[0]
     half, up = F(0.5), F(0.9999)
+    far = count * res * res
     ti.loop_config(block_dim=1)
     for task in range(count * bands):
         k = task // bands
         band = task % bands
         top = band * res // bands
         bottom = (band + 1) * res // bands
+        base = 3 * task * points.shape[0]
         for q in range(points.shape[0]):
             x, y, z = points[q, 0], points[q, 1], points[q, 2]
             for r in ti.static(range(3)):
-                scratch[task, q, r] = (
+                scratch[base + 3 * q + r] = (
                     frames[k, 4 * r] * x
                     + frames[k, 4 * r + 1] * y
                     + frames[k, 4 * r + 2] * z
                     + frames[k, 4 * r + 3]
                 )
-        for y in range(top, bottom):
-            for x in range(res):
-                maps[k, y, x] = F(-1e30)
-                if far_side != 0:
-                    maps[count + k, y, x] = F(1e30)
+        for i in range((k * res + top) * res, (k * res + bottom) * res):
+            maps[i] = F(-1e30)
+            if far_side != 0:
+                maps[far + i] = F(1e30)
         for m in range(triangles.shape[0]):
-            i0, i1, i2 = triangles[m, 0], triangles[m, 1], triangles[m, 2]
-            u0, v0, h0 = scratch[task, i0, 0] - half, scratch[task, i0, 1] - half, scratch[task, i0, 2]
-            u1, v1 = scratch[task, i1, 0] - half, scratch[task, i1, 1] - half
-            u2, v2 = scratch[task, i2, 0] - half, scratch[task, i2, 1] - half
+            i0, i1, i2 = base + 3 * triangles[m, 0], base + 3 * triangles[m, 1], base + 3 * triangles[m, 2]
+            u0, v0, h0 = scratch[i0] - half, scratch[i0 + 1] - half, scratch[i0 + 2]
+            u1, v1 = scratch[i1] - half, scratch[i1 + 1] - half
+            u2, v2 = scratch[i2] - half, scratch[i2 + 1] - half
             # The maps have a margin around all points: coordinates are positive, so casts round down.
-            first = ti.max(ti.cast(ti.min(v0, v1, v2) + up, ti.i32), top)
-            last = ti.min(ti.cast(ti.max(v0, v1, v2), ti.i32) + 1, bottom)
-            left = ti.cast(ti.min(u0, u1, u2) + up, ti.i32)
-            right = ti.cast(ti.max(u0, u1, u2), ti.i32) + 1
+            first = ti.max(ti.cast(lesser(lesser(v0, v1), v2) + up, ti.i32), top)
+            last = ti.min(ti.cast(greater(greater(v0, v1), v2), ti.i32) + 1, bottom)
+            left = ti.cast(lesser(lesser(u0, u1), u2) + up, ti.i32)
+            right = ti.cast(greater(greater(u0, u1), u2), ti.i32) + 1
             area = (u1 - u0) * (v2 - v0) - (v1 - v0) * (u2 - u0)
             if first < last and left < right and ti.abs(area) > F(1e-6):
-                # s and t are the barycentric coordinates of the second and third vertex.
+                # s and t are the barycentric coordinates of the second and third vertex, r of the first.
                 scale = F(1.0) / area
                 s_u, s_v = (v2 - v0) * scale, (u0 - u2) * scale
                 t_u, t_v = (v0 - v1) * scale, (u1 - u0) * scale
-                h1 = scratch[task, i1, 2] - h0
-                h2 = scratch[task, i2, 2] - h0
-                slack = F(-1e-4)  # no gaps between neighbours
+                h1 = scratch[i1 + 2] - h0
+                h2 = scratch[i2 + 2] - h0
+                r_u, h_u = -s_u - t_u, s_u * h1 + t_u * h2
                 for y in range(first, last):
-                    for x in range(left, right):
-                        s = (x - u0) * s_u + (y - v0) * s_v
-                        t = (x - u0) * t_u + (y - v0) * t_v
-                        if s >= slack and t >= slack and s + t <= 1 - slack:
-                            h = h0 + s * h1 + t * h2
-                            if h > maps[k, y, x]:
-                                maps[k, y, x] = h
-                            if far_side != 0 and h < maps[count + k, y, x]:
-                                maps[count + k, y, x] = h
+                    dx, dy = left - u0, y - v0
+                    s = dx * s_u + dy * s_v
+                    t = dx * t_u + dy * t_v
+                    r = 1 - s - t
+                    h = h0 + s * h1 + t * h2
+                    row = (k * res + y) * res
+                    for i in range(row + left, row + right):
+                        # No branches, for which texels lie inside is hard to guess; no gaps to neighbours.
+                        inside = lesser(lesser(s, t), r) >= F(-1e-4)
+                        maps[i] = greater(maps[i], ti.select(inside, h, F(-1e30)))
+                        if far_side != 0:
+                            maps[far + i] = lesser(maps[far + i], ti.select(inside, h, F(1e30)))
+                        s += s_u
+                        t += t_u
+                        r += r_u
+                        h += h_u
+
+
+@ti.kernel
+def roof_heights(points: F2, triangles: I2, frame: F2, roof: F2):
+    """The greatest height of whatever reaches into each cell of a coarse map; frame (1, 12) as in `depth_maps`."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        for v in range(roof.shape[0]):
+            for u in range(roof.shape[1]):
+                roof[v, u] = F(-1e30)
+        for m in range(triangles.shape[0]):
+            lo = ti.Vector([F(1e30), F(1e30), F(1e30)])
+            hi = -lo
+            for i in range(3):
+                q = triangles[m, i]
+                for r in ti.static(range(3)):
+                    at_r = (
+                        frame[0, 4 * r] * points[q, 0]
+                        + frame[0, 4 * r + 1] * points[q, 1]
+                        + frame[0, 4 * r + 2] * points[q, 2]
+                        + frame[0, 4 * r + 3]
+                    )
+                    lo[r] = lesser(lo[r], at_r)
+                    hi[r] = greater(hi[r], at_r)
+            for v in range(ti.cast(lo[1], ti.i32), ti.cast(hi[1], ti.i32) + 1):
+                for u in range(ti.cast(lo[0], ti.i32), ti.cast(hi[0], ti.i32) + 1):
+                    roof[v, u] = greater(roof[v, u], hi[2])
 
 
 @ti.func
-def reached(maps: ti.template(), frames: ti.template(), k, px, py, pz, bias):
-    """Share of the light k that reaches a point, from the four nearest texels: 0 in shadow, 1 lit.
+def reached(maps: ti.template(), frames: ti.template(), res, k, sign, i, p):
+    """Share of the light of map k that reaches a point, from the four nearest texels: 0 in shadow, 1 lit.
 
-    A light beyond the number of frames is the opposite of light k - count (see `depth_maps`).
+    i: row of the map's axes in frames; sign: 1, or -1 for the opposite light (see `depth_maps`).
     """
-    count = frames.shape[0]
-    res = maps.shape[1]
-    i = k
-    sign = F(1.0)
-    if k >= count:
-        i = k - count
-        sign = F(-1.0)
     half = F(0.5)
-    u = frames[i, 0] * px + frames[i, 1] * py + frames[i, 2] * pz + frames[i, 3] - half
-    v = frames[i, 4] * px + frames[i, 5] * py + frames[i, 6] * pz + frames[i, 7] - half
-    h = frames[i, 8] * px + frames[i, 9] * py + frames[i, 10] * pz + frames[i, 11]
+    u = frames[i, 0] * p[0] + frames[i, 1] * p[1] + frames[i, 2] * p[2] + frames[i, 3] - half
+    v = frames[i, 4] * p[0] + frames[i, 5] * p[1] + frames[i, 6] * p[2] + frames[i, 7] - half
     light = F(1.0)
     inside = F(res - 1)
     if u >= 0 and v >= 0 and u < inside and v < inside:
+        h = sign * (frames[i, 8] * p[0] + frames[i, 9] * p[1] + frames[i, 10] * p[2] + frames[i, 11])
         iu, iv = ti.cast(u, ti.i32), ti.cast(v, ti.i32)
-        fu = u - iu
-        fv = v - iv
-        t = sign * h + bias
-        a = F(0.0)
-        b = F(0.0)
-        c = F(0.0)
-        d = F(0.0)
-        if t >= sign * maps[k, iv, iu]:
-            a = F(1.0)
-        if t >= sign * maps[k, iv, iu + 1]:
-            b = F(1.0)
-        if t >= sign * maps[k, iv + 1, iu]:
-            c = F(1.0)
-        if t >= sign * maps[k, iv + 1, iu + 1]:
-            d = F(1.0)
-        low = a + fu * (b - a)
-        high = c + fu * (d - c)
-        light = low + fv * (high - low)
+        fu, fv = u - iu, v - iv
+        first = (k * res + iv) * res + iu
+        a = ti.select(h >= sign * maps[first], 1 - fu, F(0.0))
+        b = ti.select(h >= sign * maps[first + 1], fu, F(0.0))
+        c = ti.select(h >= sign * maps[first + res], 1 - fu, F(0.0))
+        d = ti.select(h >= sign * maps[first + res + 1], fu, F(0.0))
+        low = a + b
+        light = low + fv * (c + d - low)
     return light

@@ -5,7 +5,7 @@ each side of the surface apart, with one depth map per direction: cheap, and fre
 is sampled per pixel, from several depth maps spread over the sun's disc, so its edge softens with distance.
 """
 
-from muslin.render.raster import D2, F1, F2, F3, I2, U1, U3, F, reached, sample_place, ti
+from muslin.render.raster import D2, F1, F2, I1, I2, MIXED, U1, U3, F, reached, sample_place, ti
 
 # Columns of the vertex table.
 POSITION, NORMAL, UV, VALUE, SKY_FRONT, FLOOR_FRONT, SKY_BACK, FLOOR_BACK = 0, 3, 6, 8, 9, 10, 11, 12
@@ -19,8 +19,8 @@ SURFACE_COLUMNS = 23
 
 # Entries of the table of settings.
 EYE, TO_SUN, SUN, SKY, FLOOR, TOP, BOTTOM, WIRE_COLOUR = 0, 3, 6, 9, 12, 15, 18, 21
-OFFSET, WIRE_WIDTH, WHITEST = 24, 25, 26
-SETTINGS = 27
+OFFSET, WIRE_WIDTH, WHITEST, ROOF, LOWEST = 24, 25, 26, 27, 39
+SETTINGS = 40
 
 Vec3 = ti.types.vector(3, ti.f32)
 
@@ -43,7 +43,7 @@ def add_normals(triangles: I2, first: ti.i32, last: ti.i32, vertex: F2):
 
 
 @ti.kernel
-def sky_light(vertex: F2, frames: F2, maps: F3, to_light: F2, offset: ti.f32):
+def sky_light(vertex: F2, frames: F2, maps: F1, res: ti.i32, to_light: F2, offset: ti.f32):
     """How much of the sky and of the floor each side of each vertex sees, 1 for all of a hemisphere.
 
     to_light (2k, 5): direction, then its shares of the sky and of the floor per cosine.
@@ -61,10 +61,11 @@ def sky_light(vertex: F2, frames: F2, maps: F3, to_light: F2, offset: ti.f32):
                 side = 1
                 out = -offset
                 cosine = -cosine
+            opposite = k // frames.shape[0]
+            p = Vec3(vertex[q, 0], vertex[q, 1], vertex[q, 2]) + out * n
             light = cosine * reached(
-                maps, frames, k, vertex[q, 0] + out * n[0], vertex[q, 1] + out * n[1],
-                vertex[q, 2] + out * n[2], F(0.0),
-            )  # fmt: skip
+                maps, frames, res, k, F(1 - 2 * opposite), k - opposite * frames.shape[0], p
+            )
             sky[side] += light * to_light[k, 3]
             floor[side] += light * to_light[k, 4]
         vertex[q, SKY_FRONT] = sky[0]
@@ -179,10 +180,26 @@ def barycentric(edges: ti.template(), m, x, y) -> Vec3:
 
 
 @ti.func
+def under_the_open_sky(q, settings: ti.template(), roof: ti.template()):
+    """Whether nothing can possibly stand between a point and any part of the sun: one look, no depth map."""
+    place = Vec3(0.0)
+    for r in ti.static(range(3)):
+        place[r] = three(settings, ROOF + 4 * r).dot(q) + settings[ROOF + 4 * r + 3]
+    result = False
+    if place[2] > settings[LOWEST]:
+        result = True
+        if place[0] >= 0 and place[1] >= 0:
+            u, v = ti.cast(place[0], ti.i32), ti.cast(place[1], ti.i32)
+            if u < roof.shape[1] and v < roof.shape[0]:
+                result = place[2] > roof[v, u]
+    return result
+
+
+@ti.func
 def colour_at(
     m, x, y, samples, behind, vertex: ti.template(), triangles: ti.template(), edges: ti.template(),
     surfaces: ti.template(), settings: ti.template(), strain: ti.template(), frames: ti.template(),
-    maps: ti.template(),
+    maps: ti.template(), res, roof: ti.template(),
 ) -> Vec3:  # fmt: skip
     """Linear light that leaves triangle m towards the eye at the place (x, y) of the picture."""
     i, j, k, which = triangles[m, 0], triangles[m, 1], triangles[m, 2], triangles[m, 3]
@@ -250,16 +267,19 @@ def colour_at(
     if share > 0:
         # Step off the surface just as far as the depth maps' texels make it uncertain.
         q = p + out * settings[OFFSET] * ti.sqrt(ti.max(F(0.02), 1 - cosine * cosine)) * n
-        # The first few lie on the sun's rim: if they all agree, so will the rest.
-        total = maps.shape[0]
-        rest = ti.min(total, 8)
-        for s in range(rest):
-            sun += reached(maps, frames, s, q[0], q[1], q[2], F(0.0))
-        if sun > 0 and sun < rest:
-            for s in range(rest, total):
-                sun += reached(maps, frames, s, q[0], q[1], q[2], F(0.0))
-            rest = total
-        sun /= F(rest)
+        sun = F(1.0)
+        if not under_the_open_sky(q, settings, roof):
+            # The first few lie on the sun's rim: if they all agree, so will the rest.
+            total = frames.shape[0]
+            known = ti.min(total, 8)
+            sun = F(0.0)
+            s = 0
+            while s < known:
+                sun += reached(maps, frames, res, s, F(1.0), s, q)
+                s += 1
+                if s == 8 and sun > 0 and sun < 8:
+                    known = total
+            sun /= F(known)
     # Sky and floor, as seen from this side.
     sky = F(0.0)
     floor = F(0.0)
@@ -301,8 +321,9 @@ def colour_at(
 
 @ti.kernel
 def shade(
-    samples: ti.i32, jitter: ti.f64, seen: I2, vertex: F2, triangles: I2, edges: D2, surfaces: F2,
-    settings: F1, strain: F2, frames: F2, maps: F3, encode: U1, picture: U3,
+    samples: ti.i32, jitter: ti.f64, seen: I1, sample_seen: I1, vertex: F2, triangles: I2, edges: D2,
+    surfaces: F2, settings: F1, strain: F2, frames: F2, maps: F1, res: ti.i32, roof: F2,
+    encode: U1, picture: U3,
 ):  # fmt: skip
     """The picture: each triangle that a pixel's samples see is shaded once, at the middle of its samples.
 
@@ -316,36 +337,37 @@ def shade(
         t = (row + F(0.5)) / F(picture.shape[0])
         behind = three(settings, TOP) + t * (three(settings, BOTTOM) - three(settings, TOP))
         for column in range(picture.shape[1]):
+            pixel = row * picture.shape[1] + column
             light = Vec3(0.0)
-            place, above, left = 0, row * samples, column * samples
+            place = 0
             while place < total:
-                # The samples that see the same triangle as this one, unless one before it does.
-                m = seen[above, left]
-                count, r = 0, 0
-                x, y = ti.f64(0.0), ti.f64(0.0)
-                for i in range(row * samples, (row + 1) * samples):
-                    for j in range(column * samples, (column + 1) * samples):
-                        if seen[i, j] == m:
+                m, count = seen[pixel], total
+                x, y = samples * (column + 0.5), samples * (row + 0.5)
+                if m == MIXED:
+                    # The samples that see the same triangle as this one, unless one before it does.
+                    m = sample_seen[pixel * total + place]
+                    count, x, y = 0, 0.0, 0.0
+                    for r in range(total):
+                        if sample_seen[pixel * total + r] == m:
                             if r < place:
                                 count = -total
-                            a, b = sample_place(i, j, jitter)
+                            a, b = sample_place(
+                                row * samples + r // samples, column * samples + r % samples, jitter
+                            )
                             x += a
                             y += b
                             count += 1
-                        r += 1
+                    x /= count
+                    y /= count
                 if count > 0:
                     colour = behind
                     if m >= 0:
                         colour = colour_at(
-                            m, x / count, y / count, samples, behind, vertex, triangles, edges, surfaces,
-                            settings, strain, frames, maps,
+                            m, x, y, samples, behind, vertex, triangles, edges, surfaces, settings, strain,
+                            frames, maps, res, roof,
                         )  # fmt: skip
                     light += count * colour
                 place += 1
-                left += 1
-                if left == (column + 1) * samples:
-                    left -= samples
-                    above += 1
                 if count == total:
                     place = total
             for c in ti.static(range(3)):
