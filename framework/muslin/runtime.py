@@ -101,7 +101,7 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
                 debug=debug,
                 verbose=False,
             )
-        complaints.refuse_bad_indices(ti)
+        complaints.refuse_bad_indices(ti, debug)
         _compile_faster()
         program = ti.lang.impl.get_runtime().prog
         _started.update(threads=threads, program=program, process=os.getpid())

@@ -185,7 +185,7 @@ def assignment(name: str = "cloth") -> Assignment:
     folder = paths.assignment(name)
     if (folder / MANIFEST).is_file():
         return read_assignment(folder)
-    if paths.in_repository() and (paths.solution(name) / MANIFEST).is_file():
+    if paths.in_repository() and (paths.root() / "solutions" / name / MANIFEST).is_file():
         return read_assignment(paths.solution(name))
     known = sorted(path.parent.name for path in (paths.root() / "assignments").glob(f"*/{MANIFEST}"))
     raise MuslinError(f"There is no assignment {name!r}.", f"There is: {', '.join(known)}.")
