@@ -108,7 +108,7 @@ def _diagnose(
         if question.wrong.any():
             for search in SEARCHES:
                 if (found := search(question)) is not None:
-                    return _said(task, found)
+                    return _said(task, found) if assignment == "cloth" else found
     return None
 
 
@@ -147,8 +147,8 @@ class Question:
 
     @property
     def name(self) -> str:
-        """Of the result."""
-        return self.task.results[self.index].name
+        """What the answer is called: by its name only if there are several."""
+        return self.task.results[self.index].name if len(self.task.results) > 1 else "result"
 
     @property
     def whole(self) -> bool:
@@ -217,7 +217,7 @@ class Question:
 #: What a cause is called, by its first word: (mistake, advice). {name} is the result, {of} what follows ":".
 WORDS: Mapping[str, tuple[str, str]] = {
     "zeros": (
-        "Your {name} is zero in every case.",
+        "Your {name} is zero.",
         "Look for a variable that is born as a whole number, or as zero and never changed.",
     ),
     "constant": (
@@ -253,7 +253,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "Read in the docstring which column is which.",
     ),
     "scaled": (
-        "Your {name} is {of} times the right one, in every case.",
+        "Your {name} is {of} times the right one.",
         "Look for a constant factor: one that is missing, or one too many.",
     ),
     "absolute": (
@@ -328,9 +328,21 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "It looks as if {of} were missing in your {name}.",
         "Compare with the formula: where does {of} come in?",
     ),
+    "missing factor": (
+        "Your {name} is right when it is multiplied by {of}: that is missing, or has been divided by once too often.",
+        "Check the unit of your result against the one in the docstring.",
+    ),
     "extra": (
-        "Your {name} has {of} as a factor once too often.",
-        "Check the unit of your result: with this factor it cannot be right.",
+        "Your {name} is right when it is divided by {of}: that comes in once too often, or has not been divided by.",
+        "Check the unit of your result against the one in the docstring.",
+    ),
+    "copy": (
+        "Your {name} repeats {of}.",
+        "Look at the indices: one of them says the same twice.",
+    ),
+    "between 0 and 1": (
+        "Your {name} is right, but kept between 0 and 1.",
+        "Return the true values, those below 0 and above 1 too.",
     ),
     "powers": (
         "Your {name} is right up to a factor that grows like {of}.",
@@ -470,6 +482,7 @@ TRANSFORMS: Mapping[str, tuple[tuple[int, ...], Transform]] = {
     "negated and transposed": ((2,), lambda a: -transposed(a)),
     "absolute": ((0, 1, 2), np.abs),
     "clamped": ((0, 1, 2), lambda a: np.maximum(a, 0)),
+    "between 0 and 1": ((0, 1, 2), lambda a: np.where(((a > 0) & (a < 1)).any(), np.clip(a, 0, 1), np.nan)),
     "normalised": ((1,), unit),
     "rows normalised": ((2,), unit),
     "squared": ((0, 1, 2), np.square),
@@ -486,6 +499,8 @@ def _transformed(question: Question) -> Diagnosis | None:
     for share, (cause, (axes, transform)) in itertools.product((1.0, 0.9), TRANSFORMS.items()):
         if len(question.shape) in axes and question.explained(transform(question.right), share):
             return _about(question, cause)
+    if not question.entries.all():
+        return _copied(question)
     heads = {1: ("permuted",), 2: ("rows permuted", "columns permuted")}.get(len(question.shape), ())
     for axis, head in enumerate(heads, start=1):
         for order, transform in _reordered(question.shape[axis - 1], axis):
@@ -500,6 +515,16 @@ def _transformed(question: Question) -> Diagnosis | None:
             ):
                 if question.explained(candidate):
                     return _about(question, f"{cause}:{name}", name)
+    return None
+
+
+def _copied(question: Question) -> Diagnosis | None:
+    """A row, column or component that repeats another one."""
+    for axis, size in enumerate(question.shape, start=1):
+        place = {(1, 1): "component", (1, 2): "row", (2, 2): "column"}[axis, len(question.shape)]
+        for k in range(size):
+            if question.explained(np.take(question.right, [k] * size, axis=axis)):
+                return _about(question, f"copy:{k}", f"{place} {k}")
     return None
 
 
@@ -561,7 +586,7 @@ def _sizes(question: Question) -> dict[str, np.ndarray]:
     return {name: size for name, size in sizes.items() if np.ptp(size) > 1e-3 * np.abs(size).max()}
 
 
-#: Powers of one quantity that a forgetful or generous student multiplies with, and what that is called.
+#: What a power of one quantity too many is called; of two quantities those in `PAIRS` are tried.
 POWERS: Mapping[float, str] = {
     -1: "missing",
     1: "extra",
@@ -570,45 +595,42 @@ POWERS: Mapping[float, str] = {
     -0.5: "powers",
     0.5: "powers",
 }
+PAIRS = ((-1, -1), (1, 1), (-1, 1), (1, -1))
 
 
 def _sized(question: Question) -> Diagnosis | None:
+    """A factor made of the sizes of the inputs, and of one number: the fits without a number first."""
     factor = question.factor()
     if factor is None:
         return None
     sizes = _sizes(question)
-    usable = np.isfinite(factor) & (factor != 0)
-    for size in sizes.values():
-        usable &= size > 0
-    if usable.sum() < 6:
+    usable = np.isfinite(factor) & np.all([size > 0 for size in sizes.values()], axis=0)
+    factor = factor[usable]
+    if len(factor) < 6 or not ((factor > 0).all() or (factor < 0).all()):
         return None
     logs = {name: np.log(size[usable]) for name, size in sizes.items()}
-    sign, log = np.sign(factor[usable]), np.log(np.abs(factor[usable]))
-    if np.ptp(sign):
-        return None
+    two = [(a, b) for a, b in itertools.combinations(sizes, 2) if np.ptp(logs[a] - logs[b]) > 1e-6]
     singles = [((name, p),) for p in POWERS for name in sizes]
-    pairs = [
-        ((a, p), (b, q))
-        for p, q in ((-1, -1), (1, 1), (-1, 1), (1, -1))
-        for a, b in itertools.combinations(sizes, 2)
-    ]
-    found: list[tuple[str, str, str]] = []
-    for powers in [*singles, *pairs]:
-        rest = log - sum(p * logs[name] for name, p in powers)
-        if np.ptp(rest) <= 1e-6 and (number := _number(float(sign[0] * np.exp(np.median(rest))))):
-            names = ",".join(name if abs(p) <= 1 else f"{name}^2" for name, p in powers)
-            kinds = {POWERS[p] for _, p in powers}
-            head = kinds.pop() if len(kinds) == 1 else "powers"
-            shown = " ".join(f"{name}^{Fraction(p)}" for name, p in powers)
-            cause = f"{head}:{shown if head == 'powers' else names}" + (
-                f", scaled:{number}" if number != "1" else ""
-            )
-            found.append((number, cause, shown if head == "powers" else names.replace(",", " and ")))
-    for number, cause, of in sorted(found, key=lambda f: f[0] != "1"):
-        told = _about(question, cause, of)
-        also = f" What remains is a factor of {number}." if number != "1" else ""
-        return replace(told, mistake=told.mistake + also)
-    return None
+    fits: list[tuple[str, tuple[tuple[str, float], ...]]] = []
+    for powers in [*singles, *(((a, p), (b, q)) for p, q in PAIRS for a, b in two)]:
+        rest = factor / np.exp(sum(p * logs[name] for name, p in powers))
+        if np.ptp(rest) <= 1e-6 * abs(rest[0]) and (number := _number(float(np.median(rest)))):
+            fits.append((number, powers))
+    if not fits:
+        return None
+    number, powers = min(fits, key=lambda fit: fit[0] != "1")
+    heads = {POWERS[p] for _, p in powers}
+    head = heads.pop() if len(heads) == 1 else "powers"
+    if head == "powers":
+        names = [f"{name}^({Fraction(p)})" for name, p in powers]
+    else:
+        names = [name if abs(p) == 1 else f"{name}^2" for name, p in powers]
+    scalars = {value.name for value in question.task.arguments if value.kind == "scalar"}
+    plain = head == "missing" and all(name in scalars and p == -1 for name, p in powers)
+    also = f", scaled:{number}" if number != "1" else ""
+    words = "missing factor" if head == "missing" and not plain else head
+    told = _about(question, f"{head}:{','.join(names)}{also}", " and ".join(names), words)
+    return replace(told, mistake=f"{told.mistake} What remains is a factor of {number}.") if also else told
 
 
 def _factor(question: Question) -> Diagnosis | None:
@@ -647,7 +669,7 @@ def changes(task: Task, inputs: Arrays) -> Iterator[tuple[str, str, str, dict[st
     for a, b in itertools.combinations(matrices, 2):
         both = {name: transposed(inputs[name]) for name in (a, b)}
         yield f"transposed:{a},{b}", "transposed argument", f"{a} and {b}", both
-    for name in scalars:
+    for name in [*scalars, *vectors, *matrices]:
         yield f"doubled:{name}", "doubled", name, {name: inputs[name] * 2}
         yield f"halved:{name}", "halved", name, {name: inputs[name] / 2}
     for name in [*scalars, *vectors]:
@@ -771,8 +793,9 @@ def _opposite(words: str) -> str:
 def _somewhere(question: Question) -> Diagnosis | None:
     """Wrong in some cases only, which a condition tells apart."""
     wrong = question.wrong
-    told = wrong | (norm(question.right) > 0)  # where the answer is zero anyway, being right means little
-    told |= question.whole
+    entries = ~np.isclose(question.got, question.right, rtol=1e-9, atol=0).all(axis=0) & question.entries
+    told = wrong | question.whole  # where the answer is zero anyway, being right means little
+    told |= norm(question.right[:, entries]) > 0
     if wrong[told].all():
         return None
     for words, holds in conditions(question):
@@ -780,7 +803,7 @@ def _somewhere(question: Question) -> Diagnosis | None:
             if (where[told] == wrong[told]).all():
                 inner = None if question.whole else _first(question.at(wrong), (*WITHIN, _partly))
                 found = _about(question, f"where {phrase}", phrase, "where")
-                return _within(found, inner, f"where {phrase}")
+                return _within(found, inner, f"where {phrase}", question.name)
     return None
 
 
@@ -813,7 +836,7 @@ def _partly(question: Question) -> Diagnosis | None:
     for cause, head, which, mask in parts(question.shape):
         if not (wrong & ~mask).any() and (question.entries & ~mask).any():
             inner = _first(replace(question, entries=mask & question.entries), WITHIN)
-            return _within(_about(question, cause, which, head), inner, cause)
+            return _within(_about(question, cause, which, head), inner, cause, question.name)
     return None
 
 
@@ -823,11 +846,17 @@ def _some(question: Question) -> Diagnosis | None:
     return next((d for d in found if ": " in d.cause), found[-1] if found else None)
 
 
-def _within(outer: Diagnosis, inner: Diagnosis | None, place: str) -> Diagnosis:
+def _within(outer: Diagnosis, inner: Diagnosis | None, place: str, name: str) -> Diagnosis:
     """What is wrong in a part, joined with which part it is."""
     if inner is None:
         return outer
-    return Diagnosis(f"{place}: {inner.cause}", f"{outer.mistake} There: {inner.mistake}", inner.advice)
+    start = f"Your {name} "
+    then = (
+        f" it {inner.mistake.removeprefix(start)}"
+        if inner.mistake.startswith(start)
+        else f": {inner.mistake}"
+    )
+    return Diagnosis(f"{place}: {inner.cause}", f"{outer.mistake} There{then}", inner.advice)
 
 
 # --- other signs -------------------------------------------------------------------------------------------
@@ -844,7 +873,8 @@ def _nan(question: Question) -> Diagnosis | None:
     for words, holds in conditions(question):
         for phrase, where in ((words, holds), (_opposite(words), ~holds)):
             if (where == broken).all():
-                return _within(_about(question, f"where {phrase}", phrase, "where"), found, f"where {phrase}")
+                outer = _about(question, f"where {phrase}", phrase, "where")
+                return _within(outer, found, f"where {phrase}", question.name)
     return found
 
 
@@ -873,7 +903,7 @@ def _first(
 
 
 #: The searches, in order: the plainest explanation wins. Those of `WITHIN` serve for a part, too.
-WITHIN = (_transformed, _scaled, _known, _sized)
+WITHIN = (_transformed, _scaled, _sized)
 SEARCHES = (
     _transformed,
     _scaled,

@@ -401,7 +401,10 @@ KNOWN: Mapping[str, tuple[Mistake, ...]] = {
             "normal not normalised",
             "The deformed normal has not been made of length one.",
             "A normal has length one, whatever the size of the triangle: then F N = n keeps the thickness.",
-            _carried(lambda a, part: part * norm(_m(a))[:, None, None]),
+            lambda a: (
+                _carried(lambda a, part: part * norm(_m(a))[:, None, None])(a),
+                _carried(lambda a, part: part * norm(_m(a))[:, None, None] / 2)(a),
+            ),
         ),
         Mistake(
             "outer product transposed",
@@ -596,6 +599,12 @@ KNOWN: Mapping[str, tuple[Mistake, ...]] = {
             "The sum runs over three stretches.",
             "Only the two stretches in the plane store energy; do not count on the third being 1.",
             _psi_third,
+        ),
+        Mistake(
+            "missing stretch",
+            "Only one of the two stretches is in the mu term.",
+            "mu resists each of the two stretches in the plane.",
+            lambda a: tuple(a.right - a.mu * (a.s[:, k] - 1) ** 2 for k in (1, 0)),
         ),
         Mistake(
             "area energy",
@@ -897,6 +906,16 @@ KNOWN: Mapping[str, tuple[Mistake, ...]] = {
             "The filter acts on velocities that leave, and lets those pass that go in.",
             "n points out of the obstacle: which sign of n^T v means going in?",
             lambda a: np.where(_dot(a.v, a.n) < 0, a.v, -a.truth(v=-a.v)),
+        ),
+        Mistake(
+            "absolute",
+            "The amount is taken without its sign, so the velocity is changed where it should be kept.",
+            "Only a negative n^T v is a problem, and its sign matters in the formula.",
+            lambda a: (
+                a.v - np.abs(_dot(a.v, a.n)) * a.n,
+                a.v + np.abs(_dot(a.v, a.n)) * a.n,
+                np.where(_dot(a.v, a.n) < 0, a.v - np.abs(_dot(a.v, a.n)) * a.n, a.v),
+            ),
         ),
         Mistake(
             "stopped",
