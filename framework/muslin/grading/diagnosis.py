@@ -21,11 +21,15 @@ from typing import Any
 import numpy as np
 
 from muslin.authoring import truth as tr
+from muslin.errors import MuslinError
 from muslin.grading.mistakes import KNOWN, SAID, Case, Mistake, norm, transposed, unit
 from muslin.reference import TOLERANCE, natural_scale
 from muslin.tasks import Task
 
 Arrays = Mapping[str, np.ndarray]
+
+#: What is raised where there is no right answer to changed inputs.
+UNANSWERABLE = (ArithmeticError, ValueError, MuslinError)
 
 
 @dataclass(frozen=True)
@@ -326,7 +330,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
     ),
     "missing": (
         "It looks as if {of} were missing in your {name}.",
-        "Compare with the formula: where does {of} come in?",
+        "Compare with the formula, and find the place of {of}.",
     ),
     "missing factor": (
         "Your {name} is right when it is multiplied by {of}: that is missing, or has been divided by once too often.",
@@ -358,7 +362,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
     ),
     "transposed argument": (
         "Your {name} is what one gets with {of} transposed.",
-        "Look where {of} comes in: is it asked for as it is, or transposed?",
+        "Compare with the formula: what is transposed there, and what is not?",
     ),
     "negated argument": (
         "Your {name} is what one gets with {of} turned round.",
@@ -708,7 +712,7 @@ def _changed(question: Question) -> Diagnosis | None:
         try:
             if all(q.explained(q.truth(**change[-1])) for q, change in zip(asked, tries, strict=True)):
                 return _about(question, cause, of, head)
-        except (ArithmeticError, ValueError):  # no right answer to these inputs
+        except UNANSWERABLE:  # no right answer to these inputs
             continue
     return None
 
@@ -888,7 +892,7 @@ def _known(question: Question) -> Diagnosis | None:
         if mistake.result == question.index:
             try:
                 made = mistake.makes(Case(question.right, question.truth, question.inputs))
-            except (ArithmeticError, ValueError):  # no right answer to the inputs it needs
+            except UNANSWERABLE:  # no right answer to the inputs it needs
                 continue
             for candidate in made if isinstance(made, tuple) else (made,):
                 if question.explained(candidate):

@@ -969,6 +969,8 @@ SAID: Mapping[str, Mapping[str, tuple[str, str]]] = {
         "component 0: zeros": ("", "The three shape functions sum to one, everywhere."),
     },
     "dphi_dX": {
+        "scaled:2": ("", "The cross product of two edges is as long as twice the area."),
+        "scaled:1/2": ("", "The cross product of two edges is as long as twice the area."),
         "transposed": (
             "Rows and columns are exchanged: your columns are the gradients.",
             "Row i of the result is the gradient of phi_i.",
@@ -1015,6 +1017,8 @@ SAID: Mapping[str, Mapping[str, tuple[str, str]]] = {
         ),
     },
     "dn_dx": {
+        "scaled:2": ("", "The cross product of two edges is as long as twice the area."),
+        "scaled:1/2": ("", "The cross product of two edges is as long as twice the area."),
         "negated": (
             "Your derivative has the opposite sign: the edge, or its cross-product matrix, is turned round.",
             "Lift one vertex: the normal leans away from it.",
@@ -1024,7 +1028,7 @@ SAID: Mapping[str, Mapping[str, tuple[str, str]]] = {
             "Column k says how n changes when component k of x_i grows.",
         ),
         "negated and transposed": (
-            "The projection stands on the wrong side of the product (that looks like minus the transpose).",
+            "This is minus the transpose: so it comes out if the projection stands on the wrong side of the product.",
             "It acts on a change of the normal, after that change has been computed.",
         ),
         "shifted:i": (
@@ -1033,6 +1037,10 @@ SAID: Mapping[str, Mapping[str, tuple[str, str]]] = {
         ),
     },
     "mass_block": {
+        "scaled:3": ("", "All nine blocks together weigh as much as the triangle. Do yours?"),
+        "where i != j: scaled:2": ("", "All nine blocks together weigh as much as the triangle. Do yours?"),
+        "where i = j: scaled:2": ("", "All nine blocks together weigh as much as the triangle. Do yours?"),
+        "where i = j: scaled:1/2": ("", "All nine blocks together weigh as much as the triangle. Do yours?"),
         "scaled:2": ("", "Is the area doubled? `area` is that of the triangle, not of the parallelogram."),
         "scaled:1/2": ("", "The 1/2 of the kinetic energy does not belong into the mass."),
         "where i != j: zeros": (
@@ -1071,6 +1079,8 @@ SAID: Mapping[str, Mapping[str, tuple[str, str]]] = {
         "missing:mu": ("The mu term is missing.", "The first term resists each stretch."),
     },
     "dpsi_ds": {
+        "component 0": ("", "The term with lam depends on both stretches: it is in both components."),
+        "component 1": ("", "The term with lam depends on both stretches: it is in both components."),
         "swapped:mu,lam": (
             "mu and lam are exchanged.",
             "mu weighs the stretches one by one, lam their common change.",
@@ -1090,6 +1100,18 @@ SAID: Mapping[str, Mapping[str, tuple[str, str]]] = {
         ),
     },
     "d2psi_ds2": {
+        "diagonal": ("", "psi depends on s_0 through both of its terms: differentiate both twice."),
+        "off the diagonal": ("", "Differentiate the first component of the gradient by the other stretch."),
+        "off the diagonal: negated": (
+            "",
+            "Pull one stretch up: does the stress along the other rise or fall?",
+        ),
+        "off the diagonal: scaled:2": (
+            "",
+            "Differentiate the first component of the gradient by the other stretch.",
+        ),
+        "upper triangle only": ("", "It does not matter which stretch comes first: the matrix is symmetric."),
+        "lower triangle only": ("", "It does not matter which stretch comes first: the matrix is symmetric."),
         "swapped:mu,lam": (
             "mu and lam are exchanged.",
             "mu weighs the stretches one by one, lam their common change.",
@@ -1111,6 +1133,9 @@ SAID: Mapping[str, Mapping[str, tuple[str, str]]] = {
         ),
     },
     "nodal_force": {
+        "scaled:1/3": ("", "Nothing is shared out among the vertices: each has a gradient of its own."),
+        "scaled:1/2": ("", "`area` is that of the triangle, and psi has its halves inside already."),
+        "scaled:2": ("", "`area` is that of the triangle, not of the parallelogram."),
         "negated": (
             "This is the gradient of the energy: the force has the opposite sign.",
             "The gradient points uphill, a force pulls downhill.",
