@@ -1,0 +1,15 @@
+"""The command line: `muslin COMMAND`. Each command is a thin face of one function elsewhere.
+
+- `app`         the command itself, what all commands share, `main`
+- `simulating`  simulate, scenes, render, export, demo, doctor
+- `grading`     check, grade
+- `authoring`   release, reference
+
+Commands import what they do when they run, so that `muslin --help` is instant.
+"""
+
+from muslin.cli.app import INTERRUPTED, app, main
+
+from muslin.cli import simulating, grading, authoring  # isort: skip  # noqa: RUF100  (in the order of --help)
+
+__all__ = ["INTERRUPTED", "app", "authoring", "grading", "main", "simulating"]

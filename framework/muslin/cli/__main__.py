@@ -1,0 +1,5 @@
+"""`python -m muslin.cli`."""
+
+from muslin.cli import main
+
+main()

@@ -1,0 +1,81 @@
+"""Commands of those who write assignments: release, reference."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from muslin import paths
+from muslin.cli.app import Out, app
+
+reference_app = typer.Typer(help="Reference data: verify or build them.", no_args_is_help=True)
+app.add_typer(reference_app, name="reference")
+
+
+@app.command()
+def release(
+    assignment: Annotated[str, typer.Argument(help="An assignment, e.g. cloth.")],
+    check: Annotated[
+        bool, typer.Option("--check", help="Only say whether the released files are in step.")
+    ] = False,
+    out: Out = None,
+) -> None:
+    """Make the students' files from the solution: stubs, handout, task table."""
+    from muslin.authoring import release as releasing
+
+    if check:
+        findings = releasing.out_of_step(assignment)
+        for finding in findings:
+            typer.echo(finding)
+        if findings:
+            raise typer.Exit(1)
+        typer.echo(f"{paths.shown(paths.assignment(assignment))} is in step with its solution.")
+    else:
+        written = releasing.release(assignment, out)
+        typer.echo(f"Wrote {len(written)} files to {paths.shown(out or paths.assignment(assignment))}.")
+
+
+@reference_app.command("verify")
+def reference_verify(
+    assignment: Annotated[str, typer.Argument(help="An assignment.")] = "cloth",
+    folder: Annotated[Path | None, typer.Option(help="Data to verify. Default: the public ones.")] = None,
+) -> None:
+    """Make the reference data again, from the energy alone, and compare."""
+    from muslin.authoring import reference_data
+
+    report = reference_data.verify(assignment, folder)
+    for problem in report.problems:
+        typer.echo(problem)
+    if not report.ok:
+        raise typer.Exit(1)
+    typer.echo("The reference data are what their seed and the energy say.")
+
+
+@reference_app.command("build")
+def reference_build(
+    assignment: Annotated[str, typer.Argument(help="An assignment.")] = "cloth",
+    out: Out = None,
+    seed: Annotated[str | None, typer.Option(help="Seed of the random cases.")] = None,
+    cases: Annotated[int | None, typer.Option(help="Cases per task.", min=1)] = None,
+    hidden: Annotated[
+        bool,
+        typer.Option("--hidden", help="Hidden data for grading: --seed is your secret, --out their folder."),
+    ] = False,
+) -> None:
+    """Make reference data from the energy alone, by high-precision differentiation."""
+    from muslin.authoring import reference_data
+
+    options: dict[str, Any] = {"hidden": hidden}
+    if seed is not None:
+        options["seed"] = int(seed) if seed.isdigit() and not hidden else seed
+    if cases is not None:
+        options["cases"] = cases
+    folder = reference_data.build(assignment, out, **options)
+    typer.echo(f"Wrote {paths.shown(folder)}.")
+    if hidden:
+        typer.echo(
+            "Only you can read it. Keep it out of what students get, and grade with: "
+            f"muslin grade SUBMISSION --hidden {paths.shown(folder)}"
+        )

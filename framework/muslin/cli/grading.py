@@ -1,0 +1,106 @@
+"""Commands that judge: check, grade."""
+
+from __future__ import annotations
+
+import sys
+from enum import Enum
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from muslin import paths
+from muslin.cli.app import app, chosen_tasks, print_verdicts, progress
+from muslin.errors import MuslinError
+
+
+class Safety(str, Enum):
+    """How a submission is kept apart."""
+
+    auto = "auto"
+    namespace = "namespace"
+    uid = "uid"
+    process = "process"
+
+
+class Format(str, Enum):
+    """Report formats."""
+
+    terminal = "terminal"
+    json = "json"
+    gradescope = "gradescope"
+    exercism = "exercism"
+    classroom50 = "classroom50"
+    junit = "junit"
+    csv = "csv"
+    html = "html"
+
+
+@app.command()
+def check(
+    tasks: Annotated[
+        list[str] | None, typer.Argument(help="Tasks, sections (S7) or files to check. Default: all.")
+    ] = None,
+    functions: Annotated[Path, typer.Option("--functions", help="Folder with the task files.")] = Path(),
+) -> None:
+    """Check student functions against the public reference data."""
+    from muslin import reference
+    from muslin.tasks import load
+
+    loaded = load(functions)
+    verdicts = reference.check(loaded, chosen_tasks(tasks, loaded.assignment) or None)
+    print_verdicts(verdicts)
+    if not all(verdict.ok for verdict in verdicts):
+        raise typer.Exit(1)
+
+
+@app.command()
+def grade(
+    submission: Annotated[Path, typer.Argument(help="A folder, zip or tar with the task files.")],
+    assignment: Annotated[str, typer.Option(help="The assignment it answers.")] = "cloth",
+    hidden: Annotated[
+        Path | None,
+        typer.Option(help="Hidden reference data of your own, from `muslin reference build --hidden`."),
+    ] = None,
+    seed: Annotated[
+        str | None,
+        typer.Option(help="Draw the hidden cases from this. Default: the submission's own bytes."),
+    ] = None,
+    safety: Annotated[Safety, typer.Option(help="How the submission is kept apart.")] = Safety.auto,
+    formats: Annotated[
+        list[Format] | None,
+        typer.Option("--format", help="Report format; with --out it may be repeated."),
+    ] = None,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the reports. Without --format: the record and the HTML report."),
+    ] = None,
+    deadline: Annotated[
+        float | None, typer.Option(help="Seconds a task may take. Default: the assignment's.", min=0.5)
+    ] = None,
+    fresh: Annotated[
+        bool, typer.Option("--fresh", help="Take nothing over from an earlier grading of the same files.")
+    ] = False,
+) -> None:
+    """Grade a submission in a sandbox. The exit code is 0 when grading has finished, whatever the score."""
+    from muslin.grading import views
+    from muslin.grading.grader import grade as graded
+
+    if formats and len(formats) > 1 and out is None:
+        raise MuslinError("Several formats need a folder to go to.", "Add --out DIR.")
+    if out is not None and out.exists() and not out.is_dir():
+        raise MuslinError(f"{paths.shown(out)} is not a folder.", "Name a folder with --out.")
+    with progress("grading") as tick:
+        record = graded(
+            submission, assignment, hidden=hidden, seed=seed, safety=safety.value, deadline=deadline,
+            fresh=fresh, on_progress=lambda done, total, _: tick(done, total),
+        )  # fmt: skip
+    chosen = [format.value for format in formats or ()]
+    if out is None:
+        name = chosen[0] if chosen else "terminal"
+        options = {"colour": sys.stdout.isatty()} if name == "terminal" else {}
+        typer.echo(views.render(record, name, **options).rstrip("\n"))
+        return
+    typer.echo(views.render(record, "terminal", colour=sys.stdout.isatty()))
+    written = [views.write(record, name, out) for name in chosen or ("json", "html")]
+    typer.echo(f"Wrote {', '.join(paths.shown(path) for path in written)}.")

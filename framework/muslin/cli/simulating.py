@@ -1,0 +1,167 @@
+"""Commands that simulate and show: simulate, scenes, render, export, demo, doctor."""
+
+from __future__ import annotations
+
+from enum import Enum
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+from muslin import paths
+from muslin.cli.app import INTERRUPTED, Functions, Out, Quality, Setting, app, print_verdicts, progress
+from muslin.errors import MuslinError
+
+
+class Road(str, Enum):
+    """Roads to the Hessian."""
+
+    closed = "closed"
+    lecture = "lecture"
+
+
+@app.command()
+def simulate(
+    scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")],
+    mesh: Annotated[Path | None, typer.Option(help="Another undeformed cloth.")] = None,
+    functions: Functions = None,
+    steps: Annotated[int | None, typer.Option(help="Time steps.")] = None,
+    setting: Setting = None,
+    energy: Annotated[
+        str, typer.Option(help="linearised (the student's), area, or volumetric.")
+    ] = "linearised",
+    hessian: Annotated[Road, typer.Option(help="Road to the Hessian of student functions.")] = Road.closed,
+    display: Annotated[
+        Path | None,
+        typer.Option(help="A finer mesh to carry along and show, undeformed like the cloth."),
+    ] = None,
+    out: Out = None,
+    resume: Annotated[bool, typer.Option(help="Go on from the last checkpoint in --out.")] = False,
+) -> None:
+    """Simulate a scene and write a run: frames, energy log, checkpoints."""
+    from muslin import simulation
+
+    folder = out or Path("runs") / scene
+    with progress(f"simulating {scene}") as tick:
+        run = simulation.simulate(
+            scene, functions=functions, steps=steps, mesh=mesh, energy=energy, hessian=hessian.value,
+            display=display, out=folder, resume=resume, on_step=tick, **_settings(setting),
+        )  # fmt: skip
+    for notice in run.mesh.notices:
+        typer.echo(f"note: {notice}", err=True)
+    last = run.energies[-1]
+    if run.interrupted:
+        typer.echo(
+            f"Stopped at step {last.step} of {run.scene.steps}; {paths.shown(folder)} is usable. "
+            f"Go on with: muslin simulate {scene} --out {paths.shown(folder)} --resume"
+        )
+        raise typer.Exit(INTERRUPTED)
+    typer.echo(
+        f"{run.scene.title}: {len(run.x)} vertices, {last.step} steps to t = {last.time:.3f} s. "
+        f"Energies [J]: kinetic {last.kinetic:.4g}, elastic {last.elastic:.4g}, gravity {last.gravity:.4g}."
+    )
+    typer.echo(f"Run in {paths.shown(folder)}. Look at it with: muslin render {paths.shown(folder)}")
+
+
+@app.command()
+def scenes() -> None:
+    """List the scenes and their parameters."""
+    from muslin import scenes as known
+
+    for name in known.SCENES:
+        scene = known.get(name)
+        typer.echo(f"{name:10} {scene.title}")
+        changed = ", ".join(f"{k}={_plain(v)}" for k, v in scene.parameters().items() if v is not None)
+        typer.echo(f"           {changed}\n")
+
+
+@app.command()
+def render(
+    run: Annotated[Path, typer.Argument(help="A run, written by `muslin simulate`.")],
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Path of the pictures without ending. Default: RUN/<scene>."),
+    ] = None,
+    to: Annotated[str, typer.Option(help="Film: mp4, webp, gif, frames, or none.")] = "mp4",
+    quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.good,
+    size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "1280x720",
+    still: Annotated[float | None, typer.Option(help="Time of the still [s]. Default: the scene's.")] = None,
+    strain: Annotated[bool, typer.Option(help="Colour the cloth by its stretch, with a legend.")] = False,
+    wireframe: Annotated[bool, typer.Option(help="Draw the triangles' edges.")] = False,
+) -> None:
+    """Render a run off-screen: a film, a still and a plot of the energies."""
+    from muslin import show
+
+    with progress("rendering") as tick:
+        written = show.render_run(
+            run, out, None if to == "none" else to, still, tick,
+            size=_size(size), quality=quality.value, strain=strain, wireframe=wireframe,
+        )  # fmt: skip
+    typer.echo(f"Wrote {show.shown(written)}.")
+
+
+@app.command()
+def export(
+    run: Annotated[Path, typer.Argument(help="A run, written by `muslin simulate`.")],
+    to: Annotated[str, typer.Option(help="glb, usda, pvd, vtu, ply or obj.")] = "glb",
+    out: Annotated[
+        Path | None, typer.Option(help="Path without ending. Default: RUN/<format>/<scene>.")
+    ] = None,
+) -> None:
+    """Export a run for Blender, ParaView and other programs."""
+    from muslin import show
+
+    written = show.export_run(run, to, out)
+    typer.echo(
+        f"Wrote {len(written)} file{'s' * (len(written) > 1)}: {show.shown(written[:3])}{', ...' * (len(written) > 3)}"
+    )
+
+
+@app.command()
+def demo(
+    out: Annotated[Path, typer.Option(help="Folder for film, still and run.")] = Path("demo"),
+    quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.good,
+) -> None:
+    """Drape a cloth over a sphere, film it, and check every task against the reference data."""
+    from muslin import demo as show_off
+
+    show_off.run(out, quality.value, progress, typer.echo, print_verdicts)
+
+
+@app.command()
+def doctor() -> None:
+    """Examine this machine: what Muslin needs, and what to do where it is missing."""
+    from muslin import doctor as examiner
+
+    if not examiner.report(examiner.examine()):
+        raise typer.Exit(1)
+
+
+def _settings(pairs: list[str] | None) -> dict[str, str]:
+    settings = {}
+    for pair in pairs or ():
+        key, equals, value = pair.partition("=")
+        if not equals or not key.strip():
+            raise MuslinError(f"--set {pair!r} is not KEY=VALUE.", "For example: --set gravity=0,-9.81,0")
+        if key.strip() == "steps":
+            raise MuslinError("Set the number of steps with --steps.")
+        if key.strip() == "mesh":
+            raise MuslinError("Set the mesh with --mesh.")
+        settings[key.strip()] = value.strip()
+    return settings
+
+
+def _size(text: str) -> tuple[int, int]:
+    try:
+        width, height = (int(part) for part in text.lower().split("x"))
+        if not (16 <= width <= 8192 and 16 <= height <= 8192):
+            raise ValueError
+    except ValueError:
+        raise MuslinError(f"--size {text!r} is not a picture size.", "For example: --size 1280x720") from None
+    return width, height
+
+
+def _plain(value: Any) -> str:
+    if isinstance(value, tuple):
+        return ",".join(f"{v:g}" for v in value)
+    return f"{value:.6g}" if isinstance(value, float) else str(value)
