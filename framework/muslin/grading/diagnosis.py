@@ -92,9 +92,7 @@ def _diagnose(
     inputs: Arrays,
     assignment: str,
 ) -> Diagnosis | None:
-    if len(got) != len(expected) or any(
-        np.shape(a) != np.shape(b) for a, b in zip(got, expected, strict=True)
-    ):
+    if [np.shape(a) for a in got] != [np.shape(b) for b in expected]:
         return None
     # Integers last: so few values agree by chance with almost anything.
     order = sorted(range(len(expected)), key=lambda k: expected[k].dtype.kind == "i")
@@ -110,9 +108,9 @@ def _diagnose(
             known=KNOWN.get(task.name, ()) if assignment == "cloth" else (),
         )
         if question.wrong.any():
-            for search in SEARCHES:
-                if (found := search(question)) is not None:
-                    return _said(task, found) if assignment == "cloth" else found
+            found = _first(question, SEARCHES)
+            if found is not None:
+                return _said(task, found) if assignment == "cloth" else found
     return None
 
 
@@ -198,10 +196,9 @@ class Question:
         came, candidate = (np.where(broken, 0.0, array) for array in (came, candidate))
         bound = 1e-6 * norm(candidate) + 1e-10 * self.scale
         same = alike & (norm(came - candidate) <= bound)
-        right = (
-            norm(candidate - self.seen(self.right)) <= bound
-        )  # a mistake that changes nothing explains nothing
-        mistaken = same & wrong & (~right | broken.any(axis=1))
+        # A mistake that changes nothing explains nothing.
+        changed = ~(norm(candidate - self.seen(self.right)) <= bound) | broken.any(axis=1)
+        mistaken = same & wrong & changed
         return bool(mistaken.sum() >= share * wrong.sum() and same.mean() >= share)
 
     def factor(self) -> np.ndarray | None:
@@ -477,7 +474,7 @@ def _reordered(n: int, axis: int) -> Iterator[tuple[str, Transform]]:
         yield ",".join(map(str, p)), lambda a, p=p: np.take(a, p, axis=axis)  # type: ignore[misc]
 
 
-#: Whole-answer mistakes by number of axes: (cause, transform). Permutations are added by `_transforms`.
+#: Whole-answer mistakes by number of axes: (cause, transform). `_transformed` adds permutations.
 TRANSFORMS: Mapping[str, tuple[tuple[int, ...], Transform]] = {
     "zeros": ((0, 1, 2), np.zeros_like),
     "whole numbers": ((0, 1, 2), np.trunc),
