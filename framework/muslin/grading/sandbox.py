@@ -11,18 +11,20 @@ Three levels, the strongest that the system can give is taken:
 
 from __future__ import annotations
 
+import importlib.util
 import json
 import os
 import random
 import secrets
 import shutil
+import signal
 import socket
 import subprocess
 import sys
 import tempfile
 import threading
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -39,21 +41,25 @@ LEVELS = ("namespace", "uid", "process")
 
 #: What a submission may print per worker before the rest is dropped [bytes].
 LONGEST_OUTPUT = 20_000
+#: What it may say of an error [characters].
+LONGEST_TEXT = 4_000
 #: How long the nursery and a worker may take to start, on the slowest machine [s].
 STARTING = 60.0
 
-#: Users of the uid level, and of namespaces made by root: nobody's, a worker each.
-_FIRST_USER, _USERS = 61_200, 3_000
+#: Users of the uid level, and of namespaces made by root: nobody's, a block for each grading.
+_FIRST_USER, _LAST_USER, _USERS = 61_200, 65_000, 60
 
-_DEFENCES = {
-    "deadlines from outside": LEVELS,
-    "memory and file size limits": LEVELS,
-    "left-over processes killed": LEVELS,
-    "process limit": ("namespace", "uid"),
-    "own user": ("namespace", "uid"),
-    "own process space": ("namespace",),
-    "solution and hidden data out of sight": ("namespace",),
-    "no network": ("namespace",),
+#: Whether a defence is given, of the level and what the kernel does besides ("filtered", "hidden").
+_DEFENCES: Mapping[str, Callable[[str, bool, bool], bool]] = {
+    "deadlines from outside": lambda level, filtered, hidden: True,
+    "memory and file size limits": lambda level, filtered, hidden: True,
+    "left-over processes killed": lambda level, filtered, hidden: True,
+    "process limit": lambda level, filtered, hidden: level != "process" or filtered,
+    "own user": lambda level, filtered, hidden: level != "process",
+    "own process space": lambda level, filtered, hidden: level == "namespace",
+    "no other processes or programs": lambda level, filtered, hidden: filtered,
+    "solution and hidden data out of sight": lambda level, filtered, hidden: hidden,
+    "no network": lambda level, filtered, hidden: level == "namespace" or filtered,
 }
 
 
@@ -68,23 +74,54 @@ class Crashed(Exception):
 class Worker:
     """One process with one part of a submission. Ask it; it answers with plain data and raw arrays."""
 
-    def __init__(self, sandbox: Sandbox, number: int, channel: socket.socket, printed: int):
-        self._sandbox, self._number, self._channel = sandbox, number, channel
+    def __init__(self, sandbox: Sandbox, covered: Sequence[Path], debug: bool):
+        self._sandbox = sandbox
+        self._wish = {"covered": [str(path) for path in covered], "debug": debug}
+        self._load: tuple[Mapping[str, Any], Mapping[str, np.ndarray]] | None = None
         self._output = bytearray()
         self._seen = 0
-        self._reader = threading.Thread(target=self._listen, args=(printed,), daemon=True)
-        self._reader.start()
+        self._begin()
+
+    def _begin(self) -> None:
+        """Have a nursery fork the process, and wait until it is ready."""
+        ours, theirs = socket.socketpair()
+        reads, writes = os.pipe()
         self.status: int | None = None
+        self._channel = ours
+        self._reader = threading.Thread(target=self._listen, args=(reads,), daemon=True)
+        self._reader.start()
+        try:
+            self._nursery, self._number = self._sandbox.spawn(self._wish, theirs.fileno(), writes)
+        except BaseException:
+            self.status = -signal.SIGKILL
+            ours.close()
+            raise
+        finally:
+            theirs.close()
+            os.close(writes)
+        try:
+            self.about, _ = wire.receive(ours, time.monotonic() + STARTING)
+        except (wire.Gone, wire.TooLate, wire.Garbled):
+            why = self._nursery.last_error()
+            self.close()
+            why = self.printed().strip() or why
+            raise _NotGiven(f"a worker did not start. {why}".strip()) from None
 
     def _listen(self, printed: int) -> None:
         with open(printed, "rb", buffering=0) as stream, suppress(OSError):
             while piece := stream.read(1 << 16):
-                self._output += piece[: max(0, LONGEST_OUTPUT - len(self._output))]
+                room = LONGEST_OUTPUT - len(self._output)
+                self._output += piece[: max(0, room)]
+                if room <= 0:
+                    time.sleep(1e-3)  # a flood is drained, but not at our cost
 
     def ask(
         self, request: Mapping[str, Any], arrays: Mapping[str, np.ndarray], deadline: float
     ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """Send a request and wait for its answer.
+
+        If its nursery ends, which takes all workers along, who did it cannot be said. The request is made
+        once more, to a worker with a nursery of its own.
 
         Raises
         ------
@@ -97,16 +134,37 @@ class Worker:
 
         After any of these the worker is dead.
         """
+        if request["do"] == "load":
+            self._load = request, arrays
+        try:
+            return self._ask(request, arrays, deadline)
+        except _Orphaned:
+            lost = time.monotonic()
+        try:
+            self._begin()
+            deadline += time.monotonic() - lost
+            if self._load is not None and request["do"] != "load":
+                self._ask(*self._load, deadline + STARTING)
+                deadline += time.monotonic() - lost
+            return self._ask(request, arrays, deadline)
+        except (_Orphaned, _NotGiven):
+            raise Crashed(-signal.SIGKILL) from None
+
+    def _ask(
+        self, request: Mapping[str, Any], arrays: Mapping[str, np.ndarray], deadline: float
+    ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         nonce = secrets.token_hex(8)
         try:
             wire.send(self._channel, {**request, "id": nonce}, arrays, deadline)
             header, results = wire.receive(self._channel, deadline)
             if header.get("id") != nonce:
                 raise wire.Garbled("an answer to no question")
-            return header, results
+            return _shortened(header), results
         except wire.Gone:
             self.close()
-            raise Crashed(self.status or 0) from None
+            if self.status is None or self._nursery.ended:
+                raise _Orphaned from None
+            raise Crashed(self.status) from None
         except (wire.TooLate, wire.Garbled):
             self.close()
             raise
@@ -125,9 +183,18 @@ class Worker:
     def close(self) -> None:
         """Kill it and everything it has started."""
         if self.status is None:
-            self.status = self._sandbox.end(self._number)
+            self.status = self._nursery.end(self._number)
             self._channel.close()
             self._reader.join(timeout=5)
+
+
+def _shortened(value: Any) -> Any:
+    """A header without long text; an honest worker sends none."""
+    if isinstance(value, dict):
+        return {key[:LONGEST_TEXT]: _shortened(entry) for key, entry in value.items()}
+    if isinstance(value, list):
+        return [_shortened(entry) for entry in value]
+    return value[:LONGEST_TEXT] if isinstance(value, str) else value
 
 
 class Sandbox:
@@ -159,99 +226,113 @@ class Sandbox:
         self.asked, self._secrets = safety, [path.resolve() for path in secrets]
         self._lock = threading.Lock()
         self._count = 0
-        self._nursery: subprocess.Popen[bytes] | None = None
+        self._nurseries: list[_Nursery] = []
+        self._closed = self._one_has_ended = False
 
     def __enter__(self) -> Sandbox:
-        self._scratch = tempfile.mkdtemp(prefix="muslin-grading-")
-        os.chmod(self._scratch, 0o711)  # each worker's own folder inside is its own user's
         reasons = []
         for level in LEVELS if self.asked == "auto" else (self.asked,):
+            self.level = level
             try:
-                self._start(level)
-                self.worker().close()  # one, to see that it works
+                first = self.worker()  # to see that it works, and how well
+                first.close()
                 break
             except (OSError, _NotGiven) as error:
                 self._stop()
                 reasons.append(f"{level}: {error}")
         else:
-            shutil.rmtree(self._scratch, ignore_errors=True)
             raise MuslinError(
                 f"No worker can be kept apart here ({'; '.join(reasons)}).",
                 "Try --safety process, or run muslin doctor.",
             )
+        filtered, exposed = bool(first.about["filtered"]), first.about["exposed"]
         self.safety = Safety(
-            self.level,
+            level,
             self.asked,
-            {name: self.level in levels for name, levels in _DEFENCES.items()},
-            tuple(f"Not available here: {reason}" for reason in reasons),
+            {name: given(level, filtered, not exposed) for name, given in _DEFENCES.items()},
+            (*(f"Not available here: {reason}" for reason in reasons), *self._exposed(exposed)),
         )
         return self
 
+    def _exposed(self, found: Sequence[str]) -> Iterator[str]:
+        """What the worker could read and should not, for the record."""
+        names = {str(path): "the instructor's hidden data" for path in self._secrets}
+        told = sorted({names.get(path, Path(path).name) for path in found})
+        if told:
+            yield f"Not secret on this level here, a submission can read: {', '.join(told)}."
+
     def __exit__(self, *_: object) -> None:
+        self._closed = True
         self._stop()
-        shutil.rmtree(self._scratch, ignore_errors=True)
 
     def worker(self, covered: Sequence[Path] = (), debug: bool = False) -> Worker:
-        """Start a worker; folders `covered` are out of its sight (level namespace)."""
-        ours, theirs = socket.socketpair()
-        reads, writes = os.pipe()
+        """Start a worker; folders `covered` are out of its sight."""
+        return Worker(self, covered, debug)
+
+    def spawn(self, wish: Mapping[str, Any], channel: int, printed: int) -> tuple[_Nursery, int]:
+        """Have a nursery fork a worker; all share one, until one has ended of itself."""
         with self._lock:
-            if self._nursery is None or self._nursery.poll() is not None:
-                self._stop()
-                self._start(self.level)
+            if self._closed:
+                raise _NotGiven("grading has been stopped")
+            for nursery in list(self._nurseries):
+                if nursery.ended:
+                    nursery.stop()
+                    self._nurseries.remove(nursery)
+                    self._one_has_ended = True
+            if not self._nurseries or self._one_has_ended:
+                package = Path(muslin.__file__).resolve().parent
+                self._nurseries.append(_Nursery(self.level, [*self._secrets, *_answers(package)]))
             self._count += 1
-            number = self._count
-            request = {"spawn": number, "covered": [str(path) for path in covered], "debug": debug}
-            try:
-                socket.send_fds(self._control, [json.dumps(request).encode()], [theirs.fileno(), writes])
-                self._answer()
-            except (OSError, ValueError) as error:
-                raise _NotGiven(f"no worker could be started ({error})") from None
-            finally:
-                theirs.close()
-                os.close(writes)
-        worker = Worker(self, number, ours, reads)
+            nursery, number = self._nurseries[-1], self._count
         try:
-            header, _ = wire.receive(ours, time.monotonic() + STARTING)
-        except (wire.Gone, wire.TooLate, wire.Garbled):
-            worker.close()
-            raise _NotGiven(f"a worker did not start. {worker.printed().strip()}".strip()) from None
-        assert header["id"] == "ready"
-        return worker
+            nursery.request({**wish, "spawn": number}, (channel, printed))
+        except (OSError, ValueError) as error:
+            raise _NotGiven(f"no worker could be started ({error})") from None
+        return nursery, number
 
-    def end(self, number: int) -> int:
-        """Kill a worker; how it ended."""
-        with self._lock:
-            try:
-                self._control.sendall(json.dumps({"end": number}).encode())
-                return int(self._answer()["ended"])
-            except (OSError, ValueError):
-                self._stop()  # the nursery was killed: its children die with it
-                return -9
+    def _stop(self) -> None:
+        for nursery in self._nurseries:
+            nursery.stop()
+        self._nurseries.clear()
 
-    # the nursery --------------------------------------------------------------------------------------------
 
-    def _start(self, level: str) -> None:
+class _Nursery:
+    """The process that forks workers, and the channel to it.
+
+    Parameters
+    ----------
+    level : str
+    hidden : sequence of Path
+        What no worker may read.
+    """
+
+    def __init__(self, level: str, hidden: Sequence[Path]):
         root = hasattr(os, "geteuid") and os.geteuid() == 0
         if level == "uid" and not root:
             raise _NotGiven("only root can change to another user")
         package = Path(muslin.__file__).resolve().parent
-        users = random.SystemRandom().randrange(_FIRST_USER, _FIRST_USER + _USERS)
+        self._lock = threading.Lock()
+        self._users = _claim_users() if root and level != "process" else None
+        self._scratch = tempfile.mkdtemp(prefix="muslin-grading-")
+        os.chmod(self._scratch, 0o711)  # each worker's own folder inside is its own user's
+        self._errors = tempfile.TemporaryFile(dir=self._scratch)  # noqa: SIM115
+        libraries = _libraries()
         config = {
             "level": level,
-            "scratch": self._scratch if level != "namespace" else tempfile.mkdtemp(dir=self._scratch),
-            "user": users if root and level != "process" else None,
-            "view": _view(package),
-            "hidden": [str(path) for path in [*self._secrets, *_answers(package)]],
+            "scratch": self._scratch,
+            "user": self._users[0] if self._users else None,
+            "users": _USERS,
+            "view": _view(package, libraries),
+            "libraries": libraries,
+            "hidden": [str(path) for path in hidden],
         }
-        ours, theirs = socket.socketpair()
-        self._errors = tempfile.TemporaryFile(dir=self._scratch)  # noqa: SIM115  (closed with the nursery)
+        self._control, theirs = socket.socketpair()
+        self._control.settimeout(STARTING)
         code = (
             f"import sys; sys.path.insert(0, {str(package.parent)!r}); "
-            "from muslin.grading.worker import nursery; import json; "
-            f"nursery({theirs.fileno()}, json.loads({json.dumps(config)!r}))"
+            f"from muslin.grading.worker import nursery; nursery({theirs.fileno()})"
         )
-        self._nursery = subprocess.Popen(
+        self._process = subprocess.Popen(
             [sys.executable, "-I", "-c", code],
             env=_ENVIRONMENT | {"HOME": self._scratch, "TMPDIR": self._scratch},
             cwd="/",
@@ -262,39 +343,85 @@ class Sandbox:
             start_new_session=True,
         )
         theirs.close()
-        self._control, self.level = ours, level
-        self._control.settimeout(STARTING)
-        self._answer()
+        try:
+            self.request(config)
+        except BaseException:
+            self.stop()
+            raise
+        if level == "namespace":  # it has a root of its own by now, and if we were killed this would stay
+            shutil.rmtree(self._scratch, ignore_errors=True)
 
-    def _answer(self) -> dict[str, Any]:
-        data = b""
-        while not data.endswith(b"\n"):
-            piece = self._control.recv(4096)
-            if not piece:
-                raise _NotGiven(self._last_error())
-            data += piece
+    def request(self, what: Mapping[str, Any], descriptors: Sequence[int] = ()) -> dict[str, Any]:
+        """Ask the nursery; what it answers."""
+        line = json.dumps(what).encode() + b"\n"
+        with self._lock:
+            if descriptors:
+                socket.send_fds(self._control, [line], descriptors)
+            else:
+                self._control.sendall(line)
+            data = b""
+            while not data.endswith(b"\n"):
+                piece = self._control.recv(4096)
+                if not piece:
+                    raise _NotGiven(self.last_error())
+                data += piece
         return dict(json.loads(data))
 
-    def _last_error(self) -> str:
+    @property
+    def ended(self) -> bool:
+        """Whether it has ended, and all its workers with it."""
+        return self._process.poll() is not None
+
+    def end(self, number: int) -> int:
+        """Kill a worker; how it ended."""
+        try:
+            return int(self.request({"end": number})["ended"])
+        except (OSError, ValueError, _NotGiven):
+            self.stop()  # it was killed, or hangs
+            return -signal.SIGKILL
+
+    def last_error(self) -> str:
+        """The last line it has complained with."""
         with suppress(OSError, ValueError, IndexError):
             self._errors.seek(0)
             return self._errors.read().decode(errors="replace").strip().splitlines()[-1][:300]
         return "it ended"
 
-    def _stop(self) -> None:
-        if self._nursery is not None:
-            with suppress(OSError):
-                self._control.close()
-            try:
-                self._nursery.wait(timeout=5)
-            except subprocess.TimeoutExpired:
-                self._nursery.kill()
-                self._nursery.wait()
-            self._nursery = None
+    def stop(self) -> None:
+        """End it, its workers and what they have left behind."""
+        with suppress(OSError):
+            self._control.close()
+        try:
+            self._process.wait(timeout=5)
+        except subprocess.TimeoutExpired:
+            self._process.kill()
+            self._process.wait()
+        self._errors.close()
+        if self._users:
+            self._users[1].close()
+        shutil.rmtree(self._scratch, ignore_errors=True)
 
 
 class _NotGiven(MuslinError):
     """The system does not give what a level needs."""
+
+
+class _Orphaned(Exception):
+    """The worker has ended because its nursery has."""
+
+
+def _claim_users() -> tuple[int, socket.socket]:
+    """The first of a block of users that no other grading has now; ours until the socket is closed."""
+    blocks = list(range(_FIRST_USER, _LAST_USER, _USERS))
+    random.SystemRandom().shuffle(blocks)
+    for first in blocks:
+        claim = socket.socket(socket.AF_UNIX)
+        try:
+            claim.bind(f"\0muslin-grading-users-{first}")
+            return first, claim
+        except OSError:
+            claim.close()
+    raise _NotGiven("too many gradings run at once")
 
 
 #: The whole environment of nursery and workers: nothing of the grader's own.
@@ -309,19 +436,28 @@ _ENVIRONMENT = {
 }
 
 
-def _view(package: Path) -> list[str]:
+def _libraries() -> list[str]:
+    """Folders the packages that workers import lie in."""
+    found = (importlib.util.find_spec(name) for name in ("numpy", "scipy", "taichi", "tomli"))
+    origins = {Path(spec.origin).resolve().parent.parent for spec in found if spec and spec.origin}
+    return sorted(map(str, origins))
+
+
+def _view(package: Path, libraries: Sequence[str]) -> list[str]:
     """What a worker needs to see: the system's libraries, this Python, this package."""
     system = ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache", "/etc/ld.so.conf", "/etc/ld.so.conf.d")
-    libraries = {str(Path(module.__file__).resolve().parent.parent) for module in (np,) if module.__file__}
     return sorted({*system, sys.prefix, sys.base_prefix, str(package), *libraries})
 
 
 def _answers(package: Path) -> list[Path]:
     """Where answers can be read off or computed: solutions, reference data, the code that makes them."""
+    judging = ("diagnosis", "mistakes", "properties", "checks")
+    compiled = (package / "grading" / "__pycache__").glob("*.pyc")
     return [
         paths.root() / "solutions",
         paths.root() / "data" / "reference",
         paths.root() / "tests",
         package / "authoring",
-        *(package / "grading" / f"{name}.py" for name in ("diagnosis", "properties", "checks")),
+        *(package / "grading" / f"{name}.py" for name in judging),
+        *(path for path in compiled if path.name.split(".")[0] in judging),
     ]

@@ -17,8 +17,8 @@ from typing import Any
 
 import numpy as np
 
-#: Largest frame and largest header of one [bytes].
-LARGEST_FRAME, LARGEST_HEADER = 64_000_000, 200_000
+#: Largest frame and largest header of one [bytes], longest name of an array.
+LARGEST_FRAME, LARGEST_HEADER, LONGEST_NAME = 64_000_000, 200_000, 100
 
 _LENGTHS = struct.Struct("<QI")
 _TYPES = ("<f8", "<i4", "|u1", "<i8")
@@ -79,15 +79,18 @@ def receive(
     data = _exactly(channel, total, deadline)
     try:
         header = json.loads(data[:head_size])
+        json.dumps(header, ensure_ascii=False).encode()  # no half of a surrogate pair, no file could hold it
         described = header.pop("arrays")
         arrays, start = {}, head_size
         for name, kind, shape in described:
+            if not (isinstance(name, str) and len(name) <= LONGEST_NAME and name.isprintable()):
+                raise Garbled("an array of no usable name")
             if kind not in _TYPES or not all(type(n) is int and 0 <= n <= 10**7 for n in shape):
                 raise Garbled("an array of no known type or shape")
             size = np.dtype(kind).itemsize * math.prod(shape)
             if start + size > total:
                 raise Garbled("an array longer than its frame")
-            arrays[str(name)] = np.frombuffer(data[start : start + size], dtype=kind).reshape(shape).copy()
+            arrays[name] = np.frombuffer(data[start : start + size], dtype=kind).reshape(shape).copy()
             start += size
     except Garbled:
         raise

@@ -18,6 +18,7 @@ import socket
 import sys
 import tempfile
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -27,72 +28,110 @@ from muslin.grading import isolation
 LONGEST_MESSAGE = 4000
 
 
-def nursery(control_number: int, config: dict[str, Any]) -> None:
-    """Serve the grader until it closes the control channel.
+def nursery(control_number: int) -> None:
+    """Serve the grader until it closes the control channel, or ends.
 
-    Requests are JSON lines: {"spawn": n} with two descriptors, a channel and a pipe for what is printed, and
-    {"end": n}, which kills worker n with all it has started and answers how it ended.
+    The first line on the channel is the configuration. Requests are JSON lines: {"spawn": n} with two
+    descriptors, a channel and a pipe for what is printed, and {"end": n}, which kills worker n with all it has
+    started and answers how it ended.
     """
-    control = socket.socket(fileno=control_number)
-    level = config["level"]
-    isolation.die_with_parent()
+    signal.signal(signal.SIGTERM, lambda *_: sys.exit())
+    isolation.die_with_parent(signal.SIGTERM)
     isolation.adopt_orphans()
-    taken = isolation.threads_of(os.getuid())
-    if level == "namespace":
-        isolation.enclose(config["view"], config["hidden"], config["scratch"])
-    _import_everything()
-    control.sendall(b'{"ready": true}\n')
-    workers: dict[int, tuple[int, str]] = {}  # number -> process, private folder
-    while True:
-        data, descriptors, _, _ = socket.recv_fds(control, 4096, 2)
-        if not data:
-            break
-        request = json.loads(data)
-        if "spawn" in request:
-            number = request["spawn"]
-            user = config["user"] + number if config["user"] is not None else None
-            home = isolation.HOME if level == "namespace" else tempfile.mkdtemp(dir=config["scratch"])
-            if user is not None and level == "uid":
-                os.chown(home, user, user)
-            fork = isolation.fork_into_new_processes if level == "namespace" else os.fork
-            pid = fork()
-            if pid == 0:
-                control.close()
-                try:
-                    os.setsid()
-                    if level == "namespace":
-                        isolation.furnish()
-                        for path in request["covered"]:
-                            isolation.hide(path)
-                    isolation.confine(user, isolation.PROCESSES + (taken if user is None else 0))
-                    _worker(descriptors[0], descriptors[1], home, request)
-                except BaseException as error:
-                    os.write(2, f"{type(error).__name__}: {error}\n".encode())
-                finally:
-                    os._exit(0)
-            for descriptor in descriptors:
-                os.close(descriptor)
-            workers[number] = pid, home
-            control.sendall(b'{"spawned": true}\n')
-        else:
-            pid, home = workers.pop(request["end"])
+    control = socket.socket(fileno=control_number)
+    config = json.loads(_line(control))
+    workers: dict[int, _Child] = {}
+    try:
+        own_users = False
+        taken = isolation.threads_of(os.getuid())
+        if config["level"] == "namespace":
+            own_users = isolation.enclose(config["view"], config["hidden"], config["scratch"])
+        sys.path += [path for path in config["libraries"] if path not in sys.path]
+        _import_everything()
+        control.sendall(b'{"ready": true}\n')
+        while True:
+            data, descriptors, _, _ = socket.recv_fds(control, 1 << 16, 2)
+            if not data:
+                break
+            request = json.loads(data)
+            if "spawn" in request:
+                workers[request["spawn"]] = _spawn(request, config, descriptors, taken, own_users)
+                control.sendall(b'{"spawned": true}\n')
+            else:
+                child = workers.pop(request["end"])
+                status = _end(child, config["level"], [other.pid for other in workers.values()])
+                control.sendall(json.dumps({"ended": status}).encode() + b"\n")
+    finally:
+        signal.signal(signal.SIGTERM, signal.SIG_IGN)
+        for number in list(workers):
             with contextlib.suppress(OSError):
-                if level != "namespace":
-                    os.killpg(pid, signal.SIGKILL)
-            with contextlib.suppress(OSError):
-                os.kill(pid, signal.SIGKILL)
-            _, status = os.waitpid(pid, 0)
-            if level == "uid":
-                isolation.empty_user(config["user"] + request["end"])
-            isolation.kill_orphans(spared=(other for other, _ in workers.values()))
-            if level != "namespace":
-                shutil.rmtree(home, ignore_errors=True)
-            answer = {"ended": os.waitstatus_to_exitcode(status)}
-            control.sendall(json.dumps(answer).encode() + b"\n")
-    for pid, _ in workers.values():
-        with contextlib.suppress(OSError):
-            os.kill(pid, signal.SIGKILL)
-    isolation.kill_orphans(spared=())
+                _end(workers.pop(number), config["level"], [other.pid for other in workers.values()])
+        isolation.kill_orphans(spared=())
+        if config["level"] != "namespace":
+            shutil.rmtree(config["scratch"], ignore_errors=True)
+
+
+@dataclass(frozen=True)
+class _Child:
+    """A worker as its nursery knows it; `user` if it has one of its own, `home` if that is to be removed."""
+
+    pid: int
+    user: int | None
+    home: str
+
+
+def _line(control: socket.socket) -> bytes:
+    data = b""
+    while not data.endswith(b"\n"):
+        piece = control.recv(1 << 16)
+        if not piece:
+            sys.exit()
+        data += piece
+    return data
+
+
+def _spawn(
+    request: dict[str, Any], config: dict[str, Any], descriptors: list[int], taken: int, own_users: bool
+) -> _Child:
+    """Fork a worker."""
+    level = config["level"]
+    user = config["user"] + request["spawn"] % config["users"] if config["user"] is not None else None
+    home = isolation.HOME if level == "namespace" else tempfile.mkdtemp(dir=config["scratch"])
+    if user is not None and level == "uid":
+        os.chown(home, user, user)
+    pid = isolation.fork_into_new_processes() if level == "namespace" else os.fork()
+    if pid == 0:
+        try:
+            signal.signal(signal.SIGTERM, signal.SIG_DFL)
+            channel, printed = descriptors
+            os.setsid()
+            if level == "namespace":
+                isolation.furnish(request["covered"], own_users)
+            isolation.confine(user, isolation.PROCESSES + (taken if user is None else 0))
+            _worker(channel, printed, home, request, config)
+        except BaseException as error:
+            os.write(2, f"{type(error).__name__}: {error}\n".encode())
+        finally:
+            os._exit(0)
+    for descriptor in descriptors:
+        os.close(descriptor)
+    return _Child(pid, user if level == "uid" else None, home)
+
+
+def _end(child: _Child, level: str, others: list[int]) -> int:
+    """Kill a worker with all it has started, and remove its home; how it ended."""
+    with contextlib.suppress(OSError):
+        if level != "namespace":
+            os.killpg(child.pid, signal.SIGKILL)
+    with contextlib.suppress(OSError):
+        os.kill(child.pid, signal.SIGKILL)
+    _, status = os.waitpid(child.pid, 0)
+    if child.user is not None:
+        isolation.empty_user(child.user)
+    isolation.kill_orphans(spared=others)
+    if level != "namespace":
+        shutil.rmtree(child.home, ignore_errors=True)
+    return os.waitstatus_to_exitcode(status)
 
 
 def _import_everything() -> None:
@@ -106,24 +145,45 @@ def _import_everything() -> None:
     import muslin.tasks  # noqa: F401
 
 
-def _worker(channel_number: int, printed: int, home: str, request: dict[str, Any]) -> None:
+def _worker(
+    channel_number: int, printed: int, home: str, request: dict[str, Any], config: dict[str, Any]
+) -> None:
     """Become the worker: its own home and environment, everything it prints into the pipe; then serve."""
-    channel = socket.socket(fileno=channel_number)
     nothing = os.open(os.devnull, os.O_RDWR)
     os.dup2(nothing, 0)
     os.dup2(printed, 1)
     os.dup2(printed, 2)
-    for number in {nothing, printed} - {0, 1, 2}:
-        os.close(number)
+    isolation.keep_open((0, 1, 2, channel_number))
+    channel = socket.socket(fileno=channel_number)
     os.chdir(home)
     os.environ.update(HOME=home, TMPDIR=home, TI_OFFLINE_CACHE_FILE_PATH=f"{home}/kernels")
     tempfile.tempdir = home
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    serve(channel, Path(home), bool(request.get("debug")))
+    hidden = [*config["hidden"], *request["covered"]]
+    if config["level"] != "namespace":
+        isolation.keep_to(config["view"], hidden, home)
+    about = {
+        "filtered": isolation.forbid(),
+        "exposed": [path for path in config["hidden"] if _can_read(path)],
+    }
+    del hidden
+    config.clear()
+    serve(channel, Path(home), bool(request.get("debug")), about)
 
 
-def serve(channel: socket.socket, home: Path, debug: bool) -> None:
-    """Answer requests until the grader closes the channel.
+def _can_read(path: str) -> bool:
+    """Whether anything in a file or folder can be read by this process."""
+    try:
+        if not os.path.isdir(path):
+            with open(path, "rb") as stream:
+                return bool(stream.read(1))
+        return any(_can_read(entry.path) for entry in os.scandir(path))
+    except OSError:
+        return False
+
+
+def serve(channel: socket.socket, home: Path, debug: bool, about: dict[str, Any]) -> None:
+    """Say what it is `about`, then answer requests until the grader closes the channel.
 
     "load" takes the manifest and the task files as bytes and tells what is wrong with each task's function;
     "evaluate" takes a task and its inputs; "simulate" is `muslin.grading.simulating.measure`; "kernels" ends
@@ -136,7 +196,7 @@ def serve(channel: socket.socket, home: Path, debug: bool) -> None:
     from muslin.grading import wire
 
     os.listdir(Path(os.__file__).parent)  # a user who may not read Python cannot run anything
-    wire.send(channel, {"id": "ready"})
+    wire.send(channel, {"id": "ready", **about})
     functions: tasks.Functions | None = None
     kernels = home / "kernels"
     while True:
