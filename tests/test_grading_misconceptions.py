@@ -1,0 +1,37 @@
+"""The proof that the grader is right: no wrong variant passes, no right variant loses a point, end to end."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+import muslin
+
+sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
+import suite  # type: ignore[import-not-found]
+
+WRONG, RIGHT = list(suite.rounds("wrong")), list(suite.rounds("right"))
+
+
+@pytest.mark.parametrize("chosen", WRONG, ids=range(len(WRONG)))
+def test_no_wrong_function_passes_or_drags_another_down(chosen, tmp_path):
+    record = muslin.grade(suite.submission(tmp_path / "submission", chosen))
+    for task in record:
+        variant = chosen.get(task.name)
+        if variant is None:
+            assert (task.status, task.score) == ("passed", task.max_score), task.name
+        else:
+            assert task.status in ("failed", "error"), str(variant)
+            assert task.score == 0, str(variant)
+    assert record.simulation.status in ("passed", "skipped"), record.simulation
+
+
+@pytest.mark.parametrize("chosen", RIGHT, ids=range(len(RIGHT)))
+def test_no_right_function_loses_a_point(chosen, tmp_path):
+    record = muslin.grade(suite.submission(tmp_path / "submission", chosen))
+    lost = {task.name: task.message for task in record if task.score < task.max_score}
+    assert not lost
+    assert record.simulation.status == "passed", record.simulation
+    assert record.simulation.stand_ins == ()
