@@ -155,14 +155,18 @@ class RunFolder:
             self.scene: Scene = scenes.get(self.description["scene"], **self.description["parameters"])
         with _reading(self.folder / "mesh.npz") as path, np.load(path) as mesh:
             self.X, self.triangles, self.held = mesh["X"], mesh["triangles"], mesh["held"]
-        self._frames = sorted((self.folder / "frames").glob("[0-9]*.npy"))
         self.rest, self.shown_triangles = self.X, self.triangles
         if (self.folder / "display.npz").is_file():
             with _reading(self.folder / "display.npz") as path, np.load(path) as display:
                 self.rest, self.shown_triangles = display["X"], display["triangles"]
-            self._frames = sorted((self.folder / "display").glob("[0-9]*.npy"))
-        if not self._frames:
+        if not self.look_again():
             raise MuslinError(f"The run {paths.shown(folder)} has no frames yet.")
+
+    def look_again(self) -> int:
+        """Take in the frames of a run that is still being written; returns how many there are."""
+        shown = "display" if (self.folder / "display.npz").is_file() else "frames"
+        self._frames = sorted((self.folder / shown).glob("[0-9]*.npy"))
+        return len(self._frames)
 
     @property
     def times(self) -> np.ndarray:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -38,6 +38,11 @@ class Show:
         Colour the cloth by its largest principal stretch, with a legend.
     wireframe : bool
         Draw the triangles' edges.
+    around : (k, 3) array, optional
+        Points that the camera must see, for a run that is not there to the end yet [m]. Default: the cloth
+        and the colliders in the whole run.
+    sinks : float, optional
+        How deep the cloth sinks into a collider, likewise [m].
     """
 
     def __init__(
@@ -47,11 +52,13 @@ class Show:
         quality: str = "good",
         strain: bool = False,
         wireframe: bool = False,
+        around: Any = None,
+        sinks: float | None = None,
     ):
         self.run, self.size, self.quality, self.wireframe = run, size, quality, wireframe
-        self.scene, self.times, self.frames = run.scene, run.times, run.frames
+        self.scene = run.scene
         self.uv = _pattern(run.rest)
-        self.depth = float(run.energies["penetration"].max())
+        self.depth = float(run.energies["penetration"].max()) if sinks is None else sinks
         self.cloth = replace(render.CLOTH, back=BACK)
         self.legend = None
         if strain:
@@ -60,6 +67,17 @@ class Show:
             self.cloth = render.Material("strain", lo=1 - reach, hi=1 + reach)
             self.legend = render.Legend(1 - reach, 1 + reach)
         self._cameras: dict[int, render.Camera] = {}
+        self._fixed = None if around is None else render.fit_camera(around, self.scene.view, size)
+
+    @property
+    def times(self) -> np.ndarray:
+        """Time of each frame, (k,) [s]."""
+        return self.run.times
+
+    @property
+    def frames(self) -> Sequence[np.ndarray]:
+        """Positions of what is shown, frame by frame."""
+        return self.run.frames
 
     def strain(self, k: int) -> np.ndarray:
         """Principal stretch that is furthest from 1, averaged onto the vertices shown, (n,) [1]."""
@@ -84,6 +102,8 @@ class Show:
 
     def camera(self, k: int) -> render.Camera:
         """Camera of frame k: the same for all, framing the whole motion, unless the scene wants it to follow."""
+        if self._fixed is not None:
+            return self._fixed
         if self.scene.camera != "follow":
             k = 0
         if k not in self._cameras:
@@ -181,15 +201,9 @@ def render_run(
     base.parent.mkdir(parents=True, exist_ok=True)
     still = run.scene.still if still is None else still
     k = len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
-    written = [render.write_png(_beside(base, ".png"), show.picture(k))]
-    table = run.energies
-    if len(table) > 1:
-        energies = {name: table[name] for name in ("kinetic", "elastic", "gravity")}
-        plot = _beside(base, "-energies.png")
-        render.plot_energies(energies, table["time"], plot, title=run.scene.title)
-        written.append(plot)
+    written = [render.write_png(beside(base, ".png"), show.picture(k)), *energy_plot(run, base)]
     if film is not None:
-        target = base.with_name(base.name + "-frames") if film == "frames" else _beside(base, f".{film}")
+        target = beside(base, "-frames" if film == "frames" else f".{film}")
         filmed = range(0, len(show.times), every)
         with render.Movie(target, show.size, max(1, run.scene.fps // every)) as movie:
             for number, frame in enumerate(filmed):
@@ -198,6 +212,17 @@ def render_run(
                     on_frame(number + 1, len(filmed))
         written.append(target)
     return written
+
+
+def energy_plot(run: RunFolder, base: Path) -> list[Path]:
+    """Plot a run's energies beside `base`; returns the file, or nothing for a run of one row."""
+    table = run.energies
+    if len(table) < 2:
+        return []
+    energies = {name: table[name] for name in ("kinetic", "elastic", "gravity")}
+    plot = beside(base, "-energies.png")
+    render.plot_energies(energies, table["time"], plot, title=run.scene.title)
+    return [plot]
 
 
 def animation(folder: Path | str) -> Animation:
@@ -261,7 +286,8 @@ def _vec(v: np.ndarray) -> tuple[float, float, float]:
     return (float(v[0]), float(v[1]), float(v[2]))
 
 
-def _beside(base: Path, ending: str) -> Path:
+def beside(base: Path, ending: str) -> Path:
+    """The path `base` with an ending appended to its name."""
     return base.with_name(base.name + ending)
 
 
