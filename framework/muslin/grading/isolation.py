@@ -177,14 +177,37 @@ def hide(path: str) -> None:
 
 
 def fork_into_new_processes() -> int:
-    """Fork; the child is the first process of a process space of its own, and all in it die with it."""
-    own = os.open("/proc/self/ns/pid", os.O_RDONLY)
-    try:
-        _call("setns", own, _NEWPID)
-        _call("unshare", _NEWPID)
-    finally:
-        os.close(own)
-    return os.fork()
+    """Fork; the child is the first process of a process space of its own, and all in it die with it.
+
+    A process can make one such space only, so another is forked in between; `adopt_orphans` makes the child
+    ours when that one ends, which the child waits for.
+    """
+    told, tell = os.pipe()
+    wait, go = os.pipe()
+    between = os.fork()
+    if between == 0:
+        try:
+            _call("unshare", _NEWPID)
+            child = os.fork()
+        except OSError as error:
+            child = -(error.errno or 1)
+        if child == 0:
+            for descriptor in (told, tell, go):
+                os.close(descriptor)
+            os.read(wait, 1)
+            os.close(wait)
+            return 0
+        os.write(tell, str(child).encode())
+        os._exit(0)
+    os.close(tell)
+    os.close(wait)
+    os.waitpid(between, 0)
+    child = int(os.read(told, 20) or -1)
+    os.close(told)
+    os.close(go)
+    if child < 0:
+        raise OSError(-child, f"unshare: {os.strerror(-child)}")
+    return child
 
 
 def furnish(covered: Iterable[str], own_users: bool) -> None:
