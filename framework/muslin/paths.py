@@ -53,6 +53,15 @@ def solution(name: str) -> Path:
     return folder
 
 
+def generator(name: str) -> Path:
+    """File that says how an assignment's reference cases are drawn and what is true; cloth, built in, has none.
+
+    It is written beside the solution; `muslin reference build` puts a copy beside the data.
+    """
+    folder = _REPOSITORY / "solutions" / name if in_repository() else reference(name)
+    return folder / "reference.py"
+
+
 def shown(path: Path | str) -> str:
     """Path as a person would write it: relative to the working folder where it lies below it."""
     path = Path(path).resolve()

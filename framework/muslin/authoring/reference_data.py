@@ -11,15 +11,18 @@ covers all kinds whatever the seed. No case sits where a right answer is badly c
 
 from __future__ import annotations
 
+import functools
 import hashlib
 import io
 import json
 import math
 import random
+import shutil
 import zipfile
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -379,6 +382,34 @@ INPUTS: Mapping[str, Mapping[str, Callable[[Draw, int], dict[str, Any]]]] = {
 }
 
 
+def own(assignment_name: str, function: str) -> Callable[..., Any] | None:
+    """A function of the assignment's own `reference.py`, if there is one.
+
+    For a task, `draw_<task>(draw, k)` gives the arguments of case k by name, from a `Draw`, and
+    `truth_<task>(...)` the right answer, both in exact numbers. They come before what is built in.
+
+    Raises
+    ------
+    MuslinError
+        If the file cannot be run.
+    """
+    path = paths.generator(assignment_name)
+    if not path.is_file():
+        return None
+    return getattr(_module(path, path.stat().st_mtime_ns), function, None)
+
+
+@functools.lru_cache(maxsize=8)
+def _module(path: Path, changed: int) -> ModuleType:
+    module = ModuleType(f"muslin_reference_{path.parent.name}")
+    module.__file__ = str(path)
+    try:
+        exec(compile(path.read_text(encoding="utf-8"), path, "exec", dont_inherit=True), module.__dict__)
+    except Exception as error:
+        raise MuslinError(f"{paths.shown(path)} fails: {type(error).__name__}: {error}.") from None
+    return module
+
+
 def draw_inputs(assignment_name: str, task: str, seed: int | str, cases: int) -> dict[str, np.ndarray]:
     """Inputs of a task: case k of every kind in turn, drawn from a stream of the task's own.
 
@@ -401,11 +432,10 @@ def draw_inputs(assignment_name: str, task: str, seed: int | str, cases: int) ->
     MuslinError
         If nobody has written how to draw inputs of this task.
     """
-    try:
-        generate = INPUTS[assignment_name][task]
-    except KeyError:
-        hint = f"Add it to INPUTS in {GENERATOR}."
-        raise MuslinError(f"Nothing draws inputs for {assignment_name}/{task}.", hint) from None
+    generate = own(assignment_name, f"draw_{task}") or INPUTS.get(assignment_name, {}).get(task)
+    if generate is None:
+        hint = f"Write draw_{task}(draw, k) in {paths.shown(paths.generator(assignment_name))}."
+        raise MuslinError(f"Nothing draws inputs for {assignment_name}/{task}.", hint)
     draw = Draw(f"{seed}/{assignment_name}/{task}")
     drawn = [generate(draw, k) for k in range(cases)]
     arrays = {}
@@ -421,7 +451,7 @@ def make(assignment_name: str, task: str, seed: int | str, cases: int) -> dict[s
     """All arrays of one task's file: its inputs, and its results as `expected_<name>`."""
     inputs = draw_inputs(assignment_name, task, seed, cases)
     results = tasks.assignment(assignment_name).tasks[task].results
-    expected = tr.truth(task, inputs)
+    expected = tr.truth(task, inputs, own(assignment_name, f"truth_{task}"))
     names = [f"expected_{value.name}" for value in results]
     return {**inputs, **dict(zip(names, expected, strict=True))}
 
@@ -474,6 +504,8 @@ def build(
         files[f"{task}.npz"] = {"cases": cases, "sha256": _checksum(arrays)}
     if not hidden:
         _write_simulation(assignment_name, folder)
+        if (generator := paths.generator(assignment_name)).is_file() and folder != generator.parent:
+            shutil.copyfile(generator, folder / generator.name)  # so that graders without solutions have it
     provenance = {
         "assignment": assignment_name,
         "generator": GENERATOR,
@@ -530,7 +562,9 @@ class Report:
         return not self.problems
 
 
-def verify(assignment_name: str = "cloth", folder: Path | str | None = None) -> Report:
+def verify(
+    assignment_name: str = "cloth", folder: Path | str | None = None, regenerate: bool = True
+) -> Report:
     """Make reference data again from the seed on record and compare.
 
     Inputs must come out byte for byte, outputs to `REPRODUCED`; checksums and the list of files must agree.
@@ -541,6 +575,8 @@ def verify(assignment_name: str = "cloth", folder: Path | str | None = None) -> 
         Which assignment.
     folder : path, optional
         Default the public data.
+    regenerate : bool
+        False compares checksums and the list of files only.
 
     Returns
     -------
@@ -572,10 +608,17 @@ def verify(assignment_name: str = "cloth", folder: Path | str | None = None) -> 
             continue
         if _checksum(found) != files[name]["sha256"]:
             report.problems.append(f"{name}: its content is not what the provenance says (sha256 differs).")
+        if not regenerate:
+            continue
         task = name.removesuffix(".npz")
         made = make(assignment_name, task, seed, files[name]["cases"])
         report.errors[task] = _compare(name, found, made, report.problems)
-    if (place := _simulated(assignment_name)) is not None and folder == paths.reference(assignment_name):
+    if folder != paths.reference(assignment_name):
+        return report
+    generator, copy = paths.generator(assignment_name), folder / paths.generator(assignment_name).name
+    if generator.is_file() and not (copy.is_file() and copy.read_bytes() == generator.read_bytes()):
+        report.problems.append(f"{copy.name}: not the one the solution has.")
+    if regenerate and (place := _simulated(assignment_name)) is not None:
         report.problems += _verify_simulation(assignment_name, str(place))
     return report
 

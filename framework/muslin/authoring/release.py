@@ -3,7 +3,7 @@
 A solution marks what a student is to write::
 
     # begin solution: what to do, in words
-    return F.transpose() @ F
+    return 6 * 7
     # end solution
 
 Inside a function such a region becomes the words and `raise NotImplementedError`; at module level (helpers,
@@ -63,9 +63,9 @@ def release(name: str, out: Path | str | None = None) -> list[Path]:
     """
     source = paths.solution(name)
     files = rendered(source)
-    leaks = list(_leaks(source, files))
-    if leaks:
-        raise MuslinError(f"The release would give an answer away: {leaks[0]}", "Say it in other words.")
+    given_away = list(leaks(source, files))
+    if given_away:
+        raise MuslinError(f"The release would give an answer away: {given_away[0]}", "Say it in other words.")
     folder = Path(out) if out is not None else paths.assignment(name)
     written = []
     for relative, content in files.items():
@@ -111,7 +111,7 @@ def out_of_step(name: str) -> list[str]:
         elif (line := _first_difference(present[relative], expected[relative])) is not None:
             at = f", line {line}" if line else ""
             findings.append(f"{where}{at}: stale or edited by hand; change the solution and {mend}")
-    findings += [f"{paths.shown(folder)}/{leak}" for leak in _leaks(source, present)]
+    findings += [f"{paths.shown(folder)}/{leak}" for leak in leaks(source, present)]
     return findings
 
 
@@ -392,11 +392,29 @@ def answers(source: Path) -> dict[str, str]:
     return found
 
 
-def _leaks(source: Path, files: Mapping[str, bytes]) -> Iterator[str]:
-    """Where released files repeat an answer, however it is spaced."""
+def leaks(source: Path, files: Mapping[str, bytes], results: bool = False) -> Iterator[str]:
+    """Where files repeat an answer, however it is spaced.
+
+    Parameters
+    ----------
+    source : Path
+        The folder with the answers.
+    files : dict of bytes
+        By relative path.
+    results : bool
+        Look for what is returned only: other code may well take the same steps on the way.
+
+    Yields
+    ------
+    str
+        `file, line n: gives away ...`
+    """
+    found = answers(source)
+    if results:
+        found = {answer: where for answer, where in found.items() if f"return {answer}" in found}
     looked_for = [
         (re.sub(r"\s", "", answer), answer, where, re.compile(_spaced_anyhow(answer)))
-        for answer, where in answers(source).items()
+        for answer, where in found.items()
     ]
     for relative, content in files.items():
         try:
