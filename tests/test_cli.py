@@ -112,10 +112,10 @@ def test_what_cannot_be_done_is_said_in_one_line(words, expected, monkeypatch, c
 
 
 def test_an_error_of_our_own_is_owned(monkeypatch, capsys):
-    from muslin import tasks
+    from muslin import doctor
 
-    monkeypatch.setattr(tasks, "load", lambda folder: 1 / 0)
-    code, _, err = muslin(monkeypatch, capsys, "check")
+    monkeypatch.setattr(doctor, "examine", lambda: 1 / 0)
+    code, _, err = muslin(monkeypatch, capsys, "doctor")
     assert code == 70
     assert "an error in Muslin itself" in err
     assert "Traceback" not in err

@@ -1,8 +1,9 @@
 """The command line: `muslin COMMAND`. Each command is a thin face of one function elsewhere.
 
 - `app`         the command itself, what all commands share, `main`
+- `student`     start, check, watch, list, hint, reset, run, explain, gradcheck, submit, upgrade
 - `simulating`  simulate, scenes, render, export, demo, doctor
-- `grading`     check, grade
+- `grading`     grade
 - `authoring`   release, reference
 
 Commands import what they do when they run, so that `muslin --help` is instant.
@@ -10,6 +11,6 @@ Commands import what they do when they run, so that `muslin --help` is instant.
 
 from muslin.cli.app import INTERRUPTED, app, main
 
-from muslin.cli import simulating, grading, authoring  # isort: skip  # noqa: RUF100  (in the order of --help)
+from muslin.cli import student, simulating, grading, authoring  # isort: skip  # noqa: RUF100  (in the order of --help)
 
-__all__ = ["INTERRUPTED", "app", "authoring", "grading", "main", "simulating"]
+__all__ = ["INTERRUPTED", "app", "authoring", "grading", "main", "simulating", "student"]

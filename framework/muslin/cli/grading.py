@@ -1,4 +1,4 @@
-"""Commands that judge: check, grade."""
+"""Commands that judge: grade."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from typing import Annotated
 import typer
 
 from muslin import paths
-from muslin.cli.app import app, chosen_tasks, print_verdicts, progress
+from muslin.cli.app import app, progress
 from muslin.errors import MuslinError
 
 
@@ -34,24 +34,6 @@ class Format(str, Enum):
     junit = "junit"
     csv = "csv"
     html = "html"
-
-
-@app.command()
-def check(
-    tasks: Annotated[
-        list[str] | None, typer.Argument(help="Tasks, sections (S7) or files to check. Default: all.")
-    ] = None,
-    functions: Annotated[Path, typer.Option("--functions", help="Folder with the task files.")] = Path(),
-) -> None:
-    """Check student functions against the public reference data."""
-    from muslin import reference
-    from muslin.tasks import load
-
-    loaded = load(functions)
-    verdicts = reference.check(loaded, chosen_tasks(tasks, loaded.assignment) or None)
-    print_verdicts(verdicts)
-    if not all(verdict.ok for verdict in verdicts):
-        raise typer.Exit(1)
 
 
 @app.command()

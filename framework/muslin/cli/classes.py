@@ -1,0 +1,71 @@
+"""Commands for a whole class: class grade."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from muslin import paths
+from muslin.cli.app import app, progress
+from muslin.cli.grading import Safety
+from muslin.errors import MuslinError
+
+class_app = typer.Typer(help="A whole class: grade it and report on it.", no_args_is_help=True)
+app.add_typer(class_app, name="class")
+
+
+@class_app.callback()
+def _class() -> None:
+    """A whole class: grade it and report on it."""
+
+
+@class_app.command("grade")
+def class_grade(
+    submissions: Annotated[
+        Path,
+        typer.Argument(
+            help="What Canvas, Moodle, Gradescope or GitHub Classroom let you download, unpacked; or a folder with "
+            "a folder or an archive per student."
+        ),
+    ],
+    out: Annotated[Path, typer.Option(help="Folder for the report. Naming it again goes on where it was.")],
+    assignment: Annotated[str, typer.Option(help="The assignment they answer.")] = "cloth",
+    hidden: Annotated[Path | None, typer.Option(help="Hidden reference data of your own.")] = None,
+    jobs: Annotated[
+        int | None, typer.Option(help="Submissions at a time. Default: this machine's cores.", min=1)
+    ] = None,
+    scheduler: Annotated[
+        str | None, typer.Option(help="Grade on a Dask cluster: the address of its scheduler.")
+    ] = None,
+    overrides: Annotated[
+        Path | None, typer.Option(help="Scores set by hand: a CSV of student, task, score, reason.")
+    ] = None,
+    seed: Annotated[
+        str | None, typer.Option(help="Draw the hidden cases from this. Default: each submission's own bytes.")
+    ] = None,
+    safety: Annotated[Safety, typer.Option(help="How submissions are kept apart.")] = Safety.auto,
+    deadline: Annotated[
+        float | None, typer.Option(help="Seconds a task may take. Default: the assignment's.", min=0.5)
+    ] = None,
+) -> None:
+    """Grade all submissions and write grades.csv and index.html. It can be stopped at any time and goes on later."""
+    from muslin.classes.run import grade_class
+
+    if jobs and scheduler:
+        raise MuslinError("With --scheduler, the cluster says how many run at a time.", "Leave out --jobs.")
+
+    def found(total: int, taken: int) -> None:
+        graded = f", {taken} of them graded already" if taken else ""
+        typer.echo(f"{total} submission{'s' * (total != 1)}{graded}.", err=True)
+
+    with progress("grading") as tick, progress("reporting") as tock:
+        graded = grade_class(
+            submissions, out, assignment, hidden=hidden, jobs=jobs, scheduler=scheduler, by_hand=overrides,
+            seed=seed, safety=safety.value, deadline=deadline, on_find=found, on_grade=tick, on_report=tock,
+        )  # fmt: skip
+    for note in graded.notes:
+        typer.echo(f"note: passed over {note}", err=True)
+    typer.echo(graded.told())
+    typer.echo(f"Wrote {paths.shown(graded.folder / 'grades.csv')} and {paths.shown(graded.folder / 'index.html')}.")

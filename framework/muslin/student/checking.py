@@ -1,0 +1,175 @@
+"""A task against the public cases: what came, the most likely mistake, and the next step.
+
+`check` runs in the command's process and asks a worker, where `examine` runs the student's code.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import asdict, dataclass, replace
+from pathlib import Path
+from typing import Any
+
+from muslin.student.worker import Crashed, Worker
+from muslin.student.workspace import Workspace
+
+GREEN, WRONG, TODO, ERROR = "green", "wrong", "to do", "error"
+
+#: A worker is renewed after so many checks: each leaves about 4 MB of kernels behind.
+RENEWED_AFTER = 40
+
+
+@dataclass(frozen=True)
+class Report:
+    """What came of one task.
+
+    Attributes
+    ----------
+    task : str
+    status : str
+        "green", "wrong", "to do" (still the stub) or "error" (it cannot be run).
+    message : str
+        For people; the first line says it all.
+    case : int, optional
+        The worst public case of a wrong answer.
+    mistake, advice : str
+        The most likely mistake in words and one next step; empty where none is recognised.
+    """
+
+    task: str
+    status: str
+    message: str
+    case: int | None = None
+    mistake: str = ""
+    advice: str = ""
+
+
+def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[Report]:
+    """Evaluate and judge tasks; runs in a worker."""
+    from muslin import reference, tasks
+    from muslin.batch import evaluate
+    from muslin.errors import MuslinError, NotImplementedYet
+
+    table = tasks.assignment(assignment)
+    functions = tasks.load(folder, table)
+    for name in names:
+        inputs, expected = reference.cases(assignment, name)
+        arguments: dict[str, Any] = dict(inputs)
+        try:
+            got = evaluate(functions[name], **arguments)
+        except NotImplementedYet as error:
+            yield Report(name, TODO, str(error))
+            continue
+        except MuslinError as error:
+            yield Report(name, ERROR, str(error))
+            continue
+        verdict = reference.compare(table.tasks[name], got, expected, inputs)
+        if verdict.ok:
+            yield Report(name, GREEN, verdict.message, verdict.case)
+            continue
+        from muslin.grading.diagnosis import diagnose
+
+        outputs = got if isinstance(got, tuple) else (got,)
+        found = diagnose(table.tasks[name], outputs, expected, inputs, assignment)
+        report = Report(name, WRONG, verdict.message, verdict.case)
+        yield replace(report, mistake=found.mistake, advice=found.advice) if found else report
+
+
+class Checker:
+    """Checks tasks in a worker, and replaces the worker when it crashes or has served long enough."""
+
+    def __init__(self) -> None:
+        self._worker: Worker | None = None
+
+    def __enter__(self) -> Checker:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def close(self) -> None:
+        """End the worker."""
+        if self._worker is not None:
+            self._worker.close()
+        self._worker = None
+
+    def warm(self) -> None:
+        """Have a worker ready: start one if there is none, renew one that has served long enough."""
+        if self._worker is not None and self._worker.asked >= RENEWED_AFTER:
+            self.close()
+        if self._worker is None:
+            self._worker = Worker()
+
+    def check(self, workspace: Workspace, names: list[str]) -> Iterator[Report]:
+        """Reports of tasks, in order; a crash or an endless loop costs its own task only.
+
+        What is found is remembered in the workspace.
+        """
+        keys = {name: workspace.key(name) for name in names}
+        waiting = list(names)
+        while waiting:
+            try:
+                for report in self._asked(workspace, waiting):
+                    waiting.remove(report.task)
+                    yield self._kept(workspace, report, keys)
+                waiting = []
+            except Crashed as crash:
+                self._worker = None
+                yield self._kept(workspace, self._crashed(workspace, waiting.pop(0), crash), keys)
+
+    def _asked(self, workspace: Workspace, names: list[str]) -> Iterator[Report]:
+        self.warm()
+        assert self._worker is not None
+        arguments = (workspace.folder, workspace.table.name, tuple(names))
+        yield from self._worker.ask(examine, *arguments, deadline=workspace.table.grading.deadline)
+
+    def _kept(self, workspace: Workspace, report: Report, keys: dict[str, str]) -> Report:
+        kept = {"key": keys[report.task], "status": report.status, "first": report.message.split("\n")[0]}
+        workspace.remember("verdicts", report.task, kept)
+        return report
+
+    def _crashed(self, workspace: Workspace, name: str, crash: Crashed) -> Report:
+        """What a crash was about: a second look, slower, names an index out of range."""
+        if crash.late:
+            message = f"{name} has not come to an end. {crash}\nIs there a loop that never stops?"
+            return Report(name, ERROR, message)
+        message = f"{name} crashes. {crash}\nMost often an index is out of range, or a function calls itself."
+        try:
+            with Worker(debug=True) as worker:
+                arguments = (workspace.folder, workspace.table.name, (name,))
+                for report in worker.ask(examine, *arguments, deadline=60):
+                    if report.status == ERROR:
+                        return report
+        except Crashed:
+            pass
+        return Report(name, ERROR, message)
+
+
+def told(workspace: Workspace, report: Report, width: int = 0, brief: bool = False) -> list[str]:
+    """A report in lines for a terminal.
+
+    Parameters
+    ----------
+    workspace : Workspace
+    report : Report
+    width : int
+        Of the column of names.
+    brief : bool
+        One line only.
+    """
+    mark = {GREEN: "ok  ", WRONG: "FAIL", TODO: "todo", ERROR: "FAIL"}[report.status]
+    first, *more = report.message.splitlines()
+    lines = [f"  {mark} {report.task:{width}}  {first}"]
+    if brief or report.status in (GREEN, TODO):
+        return lines
+    lines += [f"         {line}" for line in more]
+    rows = [("likely", report.mistake), ("try", report.advice), ("read", workspace.chapter(report.task))]
+    if report.status == WRONG:
+        at = f" --case {report.case}" if report.case is not None else ""
+        rows.append(("more", f"muslin explain {report.task}{at}   or   muslin hint {report.task}"))
+    return lines + [f"       {label:>6}: {text}" for label, text in rows if text]
+
+
+def plain(report: Report) -> dict[str, Any]:
+    """A report as plain data."""
+    return asdict(report)

@@ -1,0 +1,144 @@
+"""A process that may crash: student code runs there, and what happens is told.
+
+A kernel can end its process (an index out of range) or never return; neither may take the command line with
+it. `Worker` is also what makes watching cheap: Taichi stays started in it between checks, and since the
+kernels of dropped functions are never freed, it is renewed now and then.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import multiprocessing
+import signal
+import sys
+import traceback
+from collections.abc import Callable, Iterator
+from multiprocessing.connection import Connection
+from typing import Any
+
+from muslin.errors import MuslinError
+
+
+class Crashed(MuslinError):
+    """The worker has gone: it crashed, or it was ended because it took too long (`late`)."""
+
+    def __init__(self, message: str, late: bool = False):
+        super().__init__(message)
+        self.late = late
+
+
+class Worker:
+    """A process that runs generator functions and sends what they yield.
+
+    Parameters
+    ----------
+    debug : bool
+        Name indices that are out of range while kernels run; about five times slower.
+    """
+
+    def __init__(self, debug: bool = False):
+        # Forking is instant, and safe as long as this process has neither threads nor Taichi.
+        fork = sys.platform == "linux" and "taichi" not in sys.modules
+        context = multiprocessing.get_context("fork" if fork else "spawn")
+        self._channel, theirs = context.Pipe()
+        self._process = context.Process(  # type: ignore[attr-defined]
+            target=_serve, args=(theirs, self._channel if fork else None, debug), daemon=True
+        )
+        self._process.start()
+        theirs.close()
+        self.asked = 0
+
+    def ask(self, function: Callable[..., Iterator[Any]], *arguments: Any, deadline: float) -> Iterator[Any]:
+        """Run `function(*arguments)` there; gives what it yields, as it comes.
+
+        Parameters
+        ----------
+        function : generator function
+            At the top level of a module.
+        *arguments
+            Picklable.
+        deadline : float
+            Longest time between two things yielded [s].
+
+        Raises
+        ------
+        Crashed
+            If the process ends or is too late. The worker cannot be used again.
+        MuslinError
+            What the function raised.
+        """
+        self.asked += 1
+        try:
+            self._channel.send((function, arguments))
+            while True:
+                if not self._channel.poll(deadline):
+                    self.close()
+                    raise Crashed(f"It has not ended after {deadline:g} seconds.", late=True)
+                kind, what = self._channel.recv()
+                if kind == "end":
+                    return
+                if kind == "item":
+                    yield what
+                elif kind == "error":
+                    raise what
+                else:
+                    raise RuntimeError(what)
+        except (EOFError, OSError):
+            self._process.join(5)
+            code = self._process.exitcode or 0
+            self.close()
+            name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+            raise Crashed(f"It ended the whole Python process ({name}).") from None
+
+    def close(self) -> None:
+        """End the process, whatever it is doing."""
+        with contextlib.suppress(Exception):
+            self._process.kill()
+            self._process.join(5)
+        self._channel.close()
+
+    def __enter__(self) -> Worker:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+
+def _serve(channel: Connection, other_end: Connection | None, debug: bool) -> None:
+    """Serve until the channel closes."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    if other_end is not None:
+        other_end.close()  # else this process would never hear that the other has gone
+    from muslin import runtime
+
+    trouble: MuslinError | None = None
+    try:
+        import muslin.batch
+        import muslin.reference  # noqa: F401
+
+        runtime.start(threads=1, debug=debug)
+    except MuslinError as error:
+        trouble = error
+    while True:
+        try:
+            function, arguments = channel.recv()
+        except (EOFError, OSError):
+            return
+        try:
+            if trouble is not None:
+                raise trouble
+            for item in function(*arguments):
+                channel.send(("item", item))
+            answer: tuple[str, Any] = ("end", None)
+        except MuslinError as error:
+            answer = ("error", _plain(error))
+        except Exception:
+            answer = ("fault", traceback.format_exc())
+        sys.stdout.flush()
+        with contextlib.suppress(OSError):
+            channel.send(answer)
+
+
+def _plain(error: MuslinError) -> MuslinError:
+    """The error without what cannot travel."""
+    return MuslinError(error.message, error.hint)

@@ -1,0 +1,315 @@
+"""A student's folder: make one, find one, and what Muslin remembers in it.
+
+`.muslin/` in the folder holds `workspace.json` (which assignment in which version, and the checksums of what
+was given), `given/` (the task files as given, the base of every merge), `state.json` (verdicts, hints shown)
+and `backup/`; copies have other names than task files, so that nobody takes one for the other. A folder with
+task files but without `.muslin` works too; only nothing is remembered in it.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import sys
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from muslin import __version__, paths
+from muslin.errors import MuslinError
+from muslin.student import source
+from muslin.tasks import MANIFEST, Assignment, Task, assignment
+
+FOLDER = ".muslin"
+HANDOUT = "README.md"
+
+
+@dataclass(frozen=True)
+class Workspace:
+    """A folder with task files, and the assignment they answer.
+
+    `started` says whether `muslin start` made it, so that things can be remembered in it.
+    """
+
+    folder: Path
+    table: Assignment
+    started: bool
+
+    @property
+    def hidden(self) -> Path:
+        """Where Muslin keeps what it remembers."""
+        return self.folder / FOLDER
+
+    def file(self, task: Task) -> Path:
+        """Path of the file a task is in."""
+        return self.folder / task.file
+
+    def given(self, name: str) -> str:
+        """Text of a task file as it was given."""
+        kept = self.hidden / "given" / f"{name}.given"
+        return source.read(kept if kept.is_file() else paths.assignment(self.table.name) / name)
+
+    def described(self) -> dict[str, Any]:
+        """The version file: assignment, version, checksums; empty where there is none."""
+        return _json(self.hidden / "workspace.json")
+
+    @property
+    def version(self) -> str:
+        """Version of what is in the folder."""
+        return str(self.described().get("version", self.table.version))
+
+    # --- what is remembered -----------------------------------------------------------------------------
+
+    def memory(self) -> dict[str, Any]:
+        """Verdicts, hints shown: {"verdicts": {task: ...}, "hints": {task: level}}."""
+        state = _json(self.hidden / "state.json")
+        return {"verdicts": {}, "hints": {}, **state}
+
+    def remember(self, kind: str, task: str, what: Any) -> None:
+        """Keep something about a task; nothing happens in a folder that was not started."""
+        if not self.started:
+            return
+        state = self.memory()
+        state[kind] = {**state[kind], task: what}
+        source.write(self.hidden / "state.json", json.dumps(state, indent=1) + "\n")
+
+    def back_up(self, *files: Path, label: str = "") -> Path:
+        """Keep copies of files as they are now; returns the folder they are in."""
+        stamp = time.strftime("%Y-%m-%d-%H%M%S") + (f"-{label}" if label else "")
+        folder, k = self.hidden / "backup" / stamp, 2
+        while folder.exists():
+            folder, k = folder.with_name(f"{stamp}-{k}"), k + 1
+        try:
+            for file in files:
+                copy = folder / f"{file.relative_to(self.folder)}.bak"
+                copy.parent.mkdir(parents=True, exist_ok=True)
+                copy.write_bytes(file.read_bytes())
+        except OSError as error:
+            raise MuslinError(f"{paths.shown(folder)} cannot be written: {error.strerror}.") from None
+        return folder
+
+    def key(self, task: str, texts: Mapping[str, str] | None = None) -> str:
+        """What the verdict on a task depends on: the function, and the reference data."""
+        entry = self.table.tasks[task]
+        file = self.file(entry)
+        if texts is not None:
+            text = texts.get(entry.file, "")
+        else:
+            text = file.read_text(encoding="utf-8-sig", errors="replace") if file.is_file() else ""
+        return f"{source.fingerprint(text, task)[:20]}-{reference_sum(self.table.name, task)[:12]}"
+
+    def place(self, task: str) -> str:
+        """Where a student finds a task's function: `file:line`."""
+        entry = self.table.tasks[task]
+        where = paths.shown(self.file(entry))
+        try:
+            functions = source.Source(source.read(self.file(entry))).functions
+            return f"{where}:{functions[task].node.lineno}" if task in functions else where
+        except MuslinError:
+            return where
+
+    def chapter(self, task: str) -> str:
+        """Where the handout explains a task: `README.md:line (section)`."""
+        entry = self.table.tasks[task]
+        handout = self.folder / HANDOUT
+        section = f"section {entry.section}, {task}"
+        if not handout.is_file():
+            return f"the handout, {section}"
+        lines = handout.read_text(encoding="utf-8", errors="replace").splitlines()
+        line = next((k + 1 for k, text in enumerate(lines) if text.strip("# ") == task and "#" in text), 1)
+        return f"{paths.shown(handout)}:{line} ({section})"
+
+
+def find(folder: Path | None = None) -> Workspace:
+    """The workspace in a folder; without one, in the working folder or the nearest above it.
+
+    Raises
+    ------
+    MuslinError
+        If there is none.
+    """
+    start = Path.cwd() if folder is None else folder
+    if not start.is_dir():
+        raise MuslinError(
+            f"There is no folder {paths.shown(start)}.", "Make a workspace with: muslin start cloth"
+        )
+    for place in (start, *(start.resolve().parents if folder is None else ())):
+        if (about := _json(place / FOLDER / "workspace.json")).get("assignment"):
+            return Workspace(place, assignment(about["assignment"]), True)
+        if place == start:
+            table = assignment(_named(place))
+            if any((place / file).is_file() for file in table.files):
+                return Workspace(place, table, False)
+    raise MuslinError(
+        f"There are no task files in {paths.shown(start)}, and it is not in a workspace.",
+        "Go to your workspace, or make one with: muslin start cloth",
+    )
+
+
+def _named(folder: Path) -> str:
+    """Which assignment a folder answers, by its manifest; cloth if it has none."""
+    try:
+        text = (folder / MANIFEST).read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError):
+        return "cloth"
+    name = next(
+        (line.split("=")[1].strip(" \"'") for line in text.splitlines() if line.startswith("name")), ""
+    )
+    return name if name and (paths.assignment(name) / MANIFEST).is_file() else "cloth"
+
+
+def given_files(name: str) -> dict[str, bytes]:
+    """What an assignment gives a student, by relative path.
+
+    Raises
+    ------
+    MuslinError
+        If there is no such assignment.
+    """
+    assignment(name)
+    folder = paths.assignment(name)
+    return {
+        path.relative_to(folder).as_posix(): path.read_bytes()
+        for path in sorted(folder.rglob("*"))
+        if path.is_file() and not any(part.startswith((".", "__pycache__")) for part in path.parts[-2:])
+    }
+
+
+def start(name: str, folder: Path) -> list[str]:
+    """Make a workspace; nothing that is there is overwritten.
+
+    Parameters
+    ----------
+    name : str
+        The assignment.
+    folder : Path
+
+    Returns
+    -------
+    list of str
+        The files written, relative to the folder.
+
+    Raises
+    ------
+    MuslinError
+        If something that would be written is there already; then nothing is written.
+    """
+    given = given_files(name)
+    table = assignment(name)
+    if folder.exists() and not folder.is_dir():
+        raise MuslinError(f"{paths.shown(folder)} is a file.", "Name another folder.")
+    if (about := _json(folder / FOLDER / "workspace.json")).get("assignment"):
+        raise MuslinError(
+            f"{paths.shown(folder)} is a workspace already ({about['assignment']} {about.get('version', '')}); "
+            "nothing was changed.",
+            "Go there and type: muslin list",
+        )
+    files = {**given, **{path: text.encode() for path, text in _settings(folder).items()}}
+    files |= {f"{FOLDER}/given/{file}.given": given[file] for file in table.files}
+    files[f"{FOLDER}/workspace.json"] = description(name).encode()
+    if there := [file for file in files if (folder / file).exists()]:
+        more = f" and {len(there) - 1} more" if len(there) > 1 else ""
+        raise MuslinError(
+            f"{paths.shown(folder / there[0])}{more} is there already; nothing was written.",
+            f"Name a new folder: muslin start {name} DIR",
+        )
+    for file, content in files.items():
+        path = folder / file
+        try:
+            path.parent.mkdir(parents=True, exist_ok=True)
+            with path.open("xb") as stream:
+                stream.write(content)
+        except OSError as error:
+            raise MuslinError(f"{paths.shown(path)} cannot be written: {error.strerror}.") from None
+    return sorted(file for file in files if not file.startswith(FOLDER))
+
+
+def description(name: str, sums: Mapping[str, str] | None = None) -> str:
+    """Text of the version file: what the workspace was last given.
+
+    Parameters
+    ----------
+    name : str
+        The assignment.
+    sums : mapping, optional
+        Checksums of files that are not as this Muslin gives them, by relative path.
+    """
+    table = assignment(name)
+    return (
+        json.dumps(
+            {
+                "assignment": name,
+                "version": table.version,
+                "muslin": __version__,
+                "files": {**{f: checksum(data) for f, data in given_files(name).items()}, **(sums or {})},
+                "reference": {task: reference_sum(name, task) for task in table.tasks},
+            },
+            indent=1,
+        )
+        + "\n"
+    )
+
+
+def checksum(data: bytes) -> str:
+    """sha256 of a file's content; of text whatever its line ends."""
+    return hashlib.sha256(data.replace(b"\r\n", b"\n")).hexdigest()
+
+
+def reference_sum(name: str, task: str) -> str:
+    """Checksum of a task's public cases; empty where there are none."""
+    path = paths.reference(name) / f"{task}.npz"
+    return checksum(path.read_bytes()) if path.is_file() else ""
+
+
+# --- editor settings -------------------------------------------------------------------------------------
+
+
+def _settings(folder: Path) -> dict[str, str]:
+    """Settings that make completion and jump-to-definition work, by path.
+
+    Editors need to know which Python has Muslin. Where its virtual environment lies in the workspace or beside
+    it, that is written down *relative* to the workspace, so that moving both keeps it true. Where it lies
+    elsewhere nothing is written: Pyright and VS Code then take the environment that is active, and a path of
+    this machine would only go stale. Types are not checked: Taichi functions are not typed Python.
+    """
+    pyright = ['typeCheckingMode = "off"', 'exclude = ["runs", ".muslin"]']
+    vscode: dict[str, Any] = {}
+    if (environment := _environment(folder)) is not None:
+        pyright += [f'venvPath = "{environment.parent.as_posix()}"', f'venv = "{environment.name}"']
+        python = "Scripts/python.exe" if os.name == "nt" else "bin/python"
+        vscode["python.defaultInterpreterPath"] = f"${{workspaceFolder}}/{environment.as_posix()}/{python}"
+    vscode |= {"files.exclude": {"**/.muslin": True, "**/__pycache__": True}, "editor.rulers": [110]}
+    return {
+        "pyproject.toml": "\n".join(
+            [
+                "# For your editor: which Python to ask for completion, and how long lines are.",
+                "[tool.pyright]", *pyright, "", "[tool.ruff]", "line-length = 110", "",
+            ]
+        ),
+        ".vscode/settings.json": json.dumps(vscode, indent=2) + "\n",
+        ".vscode/extensions.json": json.dumps({"recommendations": ["ms-python.python"]}, indent=2) + "\n",
+        ".gitignore": "__pycache__/\nruns/\n*.zip\n.muslin/backup/\n",
+    }  # fmt: skip
+
+
+def _environment(folder: Path) -> Path | None:
+    """The running virtual environment, relative to the workspace, if it is in it or at most two folders up."""
+    prefix, here = Path(sys.prefix), folder.resolve()
+    if sys.prefix == sys.base_prefix:
+        return None
+    for above in (here, here.parent, here.parent.parent):
+        if prefix.parent == above and above != Path(above.anchor):
+            return Path(os.path.relpath(prefix, here))
+    return None
+
+
+def _json(path: Path) -> dict[str, Any]:
+    """A JSON object, empty if the file is missing or damaged."""
+    try:
+        data = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return data if isinstance(data, dict) else {}
