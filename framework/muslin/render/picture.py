@@ -176,7 +176,7 @@ def draw(
         scene.vertex, scene.casters, sun_frames, 0, settled.sun_texels, bands, scratch, sun_maps
     )
     roof_frame, roof, lowest = _roof(scene, to_sun, light.softness if settled.sun_maps > 1 else 0.0, texel)
-    _light_vertices(scene, settled, up)
+    _light_vertices(scene, settled, up, facing, box)
 
     settings = np.zeros(shade.SETTINGS, dtype=np.float32)
     top, bottom = _pair(background)
@@ -198,7 +198,7 @@ def draw(
     settings[shade.WIRE_WIDTH] = 0.45 * max(height / 720, 1)
     picture: Image = np.empty((height, width, 3), dtype=np.uint8)
     shade.shade(
-        samples, jitter, seen, sample_seen, scene.vertex, scene.triangles, edges, scene.surfaces, settings,
+        samples, jitter, seen, sample_seen, scene.vertex, scene.triangles, facing, edges, scene.surfaces, settings,
         strain_table(), sun_frames, sun_maps, settled.sun_texels, roof, _encoding(), picture,
     )  # fmt: skip
     if legend is not None:
@@ -337,8 +337,14 @@ def _gather(surfaces: Sequence[Surface], wireframe: bool) -> _Scene:
     return scene
 
 
-def _light_vertices(scene: _Scene, settled: Quality, up: NDArray[np.float64]) -> None:
-    """Fill in what the vertices see of the sky and the floor."""
+def _light_vertices(
+    scene: _Scene,
+    settled: Quality,
+    up: NDArray[np.float64],
+    facing: NDArray[np.int32],
+    box: NDArray[np.int32],
+) -> None:
+    """Fill in what the vertices see of the sky and the floor, where it counts in the picture."""
     from muslin.render import raster, shade
 
     if settled.sky_maps == 0:  # nothing hides anything
@@ -361,8 +367,11 @@ def _light_vertices(scene: _Scene, settled: Quality, up: NDArray[np.float64]) ->
     # sum_k cos_k weight = 1 for a surface that faces up (down) and sees all of the sky (floor).
     to_light[: settled.sky_maps, 3] = 1 / height.sum()
     to_light[settled.sky_maps :, 4] = 1 / height.sum()
-    shade.sky_light(scene.vertex, frames, maps, settled.sky_texels, to_light, 1.5 * texel)
-    shade.smooth_light(scene.triangles, 3, scene.vertex, _buffer("sums", (len(scene.vertex), 5)))
+    passes = 3
+    side = _buffer("side", (len(scene.vertex), 2), np.int32)
+    shade.sides_seen(scene.triangles, facing, box, passes, side)
+    shade.sky_light(scene.vertex, side, frames, maps, settled.sky_texels, to_light, 1.5 * texel)
+    shade.smooth_light(scene.triangles, passes, scene.vertex, _buffer("sums", (len(scene.vertex), 5)))
 
 
 def _frames(directions: NDArray[np.float64], scene: _Scene, texels: int) -> tuple[NDArray[np.float32], float]:

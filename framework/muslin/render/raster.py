@@ -52,7 +52,7 @@ def edge_functions(
 
     view (n, 3): right, up, forward of the camera; focal, width, height: in samples; edges (m, 9): a, b, c of
     each vertex; box (m, 4): first and last column, first and last row; empty if nothing is visible; facing
-    (m,): the side that is seen, 1 or -1, or 0 if it is seen nearly edge-on.
+    (m,): 1 where the eye sees the front, -1 the back, 0 nothing; doubled where it is seen nearly edge-on.
     """
     for m in range(triangles.shape[0]):
         v = ti.Matrix.zero(ti.f64, 3, 3)
@@ -99,9 +99,10 @@ def edge_functions(
                 gap = 1e-7 * (ti.abs(n[0]) + ti.abs(n[1])) / focal
                 edges[m, 3 * i + 2] = n[2] - (n[0] * width - n[1] * height) / (2 * focal) + gap
                 slope += ti.Vector([n[0], n[1]]) / focal
+            facing[m] = ti.select(det > 0, 1, -1)
             # Too steep to tell its depth within a pixel from that at the pixel's centre?
-            if ti.abs(slope).sum() * ti.max(v[0, 2], v[1, 2], v[2, 2]) < 0.005:
-                facing[m] = ti.select(det > 0, 1, -1)
+            if ti.abs(slope).sum() * ti.max(v[0, 2], v[1, 2], v[2, 2]) >= 0.005:
+                facing[m] *= 2
 
 
 @ti.kernel
@@ -118,7 +119,7 @@ def find_outlines(triangles: I2, neighbours: I2, facing: I1, corner: I1, outer: 
         for m in range(triangles.shape[0]):
             for i in range(3):
                 beyond = neighbours[m, i]
-                if beyond < 0 or facing[m] == 0 or facing[ti.max(beyond, 0)] != facing[m]:
+                if beyond < 0 or ti.abs(facing[m]) != 1 or facing[ti.max(beyond, 0)] != facing[m]:
                     corner[triangles[m, (i + 1) % 3]] = 1
                     corner[triangles[m, (i + 2) % 3]] = 1
         for m in range(triangles.shape[0]):

@@ -43,35 +43,59 @@ def add_normals(triangles: I2, first: ti.i32, last: ti.i32, vertex: F2):
 
 
 @ti.kernel
-def sky_light(vertex: F2, frames: F2, maps: F1, res: ti.i32, to_light: F2, offset: ti.f32):
+def sides_seen(triangles: I2, facing: I1, box: I2, passes: ti.i32, side: I2):
+    """Which sides of the vertices count in the picture, side[q, 0]: 1 the front, 2 the back, 3 both.
+
+    A vertex counts on the sides from which its triangles in the picture are seen, or those of neighbours as
+    many edges away as there are passes; side[q, 1]: scratch.
+    """
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        for q in range(side.shape[0]):
+            side[q, 0] = 0
+            side[q, 1] = 0
+        for m in range(triangles.shape[0]):
+            if box[m, 0] <= box[m, 1] and box[m, 2] <= box[m, 3]:
+                for c in range(3):
+                    side[triangles[m, c], 0] |= ti.select(facing[m] < 0, 2, 1)
+        for _pass in range(passes):
+            for m in range(triangles.shape[0]):
+                i, j, k = triangles[m, 0], triangles[m, 1], triangles[m, 2]
+                around = side[i, 0] | side[j, 0] | side[k, 0]
+                side[i, 1] |= around
+                side[j, 1] |= around
+                side[k, 1] |= around
+            for q in range(side.shape[0]):
+                side[q, 0] |= side[q, 1]
+
+
+@ti.kernel
+def sky_light(vertex: F2, side: I2, frames: F2, maps: F1, res: ti.i32, to_light: F2, offset: ti.f32):
     """How much of the sky and of the floor each side of each vertex sees, 1 for all of a hemisphere.
 
-    to_light (2k, 5): direction, then its shares of the sky and of the floor per cosine.
+    side: the sides that count (see `sides_seen`); to_light (2k, 5): direction, then its shares of the sky and
+    of the floor per cosine.
     """
     for q in range(vertex.shape[0]):
+        here = Vec3(vertex[q, 0], vertex[q, 1], vertex[q, 2])
         n = Vec3(vertex[q, 3], vertex[q, 4], vertex[q, 5])
-        sky = ti.Vector([F(0.0), F(0.0)])
-        floor = ti.Vector([F(0.0), F(0.0)])
-        for k in range(to_light.shape[0]):
-            d = Vec3(to_light[k, 0], to_light[k, 1], to_light[k, 2])
-            cosine = n.dot(d)
-            side = 0
-            out = offset
-            if cosine < 0:
-                side = 1
-                out = -offset
-                cosine = -cosine
-            opposite = k // frames.shape[0]
-            p = Vec3(vertex[q, 0], vertex[q, 1], vertex[q, 2]) + out * n
-            light = cosine * reached(
-                maps, frames, res, k, F(1 - 2 * opposite), k - opposite * frames.shape[0], p
-            )
-            sky[side] += light * to_light[k, 3]
-            floor[side] += light * to_light[k, 4]
-        vertex[q, SKY_FRONT] = sky[0]
-        vertex[q, FLOOR_FRONT] = floor[0]
-        vertex[q, SKY_BACK] = sky[1]
-        vertex[q, FLOOR_BACK] = floor[1]
+        for back in range(2):
+            sky = F(0.0)
+            floor = F(0.0)
+            if side[q, 0] & (1 + back):
+                p = here + offset * n
+                for k in range(to_light.shape[0]):
+                    cosine = n.dot(Vec3(to_light[k, 0], to_light[k, 1], to_light[k, 2]))
+                    if cosine > 0:
+                        opposite = k // frames.shape[0]
+                        light = cosine * reached(
+                            maps, frames, res, k, F(1 - 2 * opposite), k - opposite * frames.shape[0], p
+                        )
+                        sky += light * to_light[k, 3]
+                        floor += light * to_light[k, 4]
+            vertex[q, SKY_FRONT + 2 * back] = sky
+            vertex[q, FLOOR_FRONT + 2 * back] = floor
+            n = -n
 
 
 @ti.kernel
@@ -197,18 +221,16 @@ def under_the_open_sky(q, settings: ti.template(), roof: ti.template()):
 
 @ti.func
 def colour_at(
-    m, x, y, samples, behind, vertex: ti.template(), triangles: ti.template(), edges: ti.template(),
-    surfaces: ti.template(), settings: ti.template(), strain: ti.template(), frames: ti.template(),
-    maps: ti.template(), res, roof: ti.template(),
+    m, x, y, samples, behind, vertex: ti.template(), triangles: ti.template(), facing: ti.template(),
+    edges: ti.template(), surfaces: ti.template(), settings: ti.template(), strain: ti.template(),
+    frames: ti.template(), maps: ti.template(), res, roof: ti.template(),
 ) -> Vec3:  # fmt: skip
     """Linear light that leaves triangle m towards the eye at the place (x, y) of the picture."""
     i, j, k, which = triangles[m, 0], triangles[m, 1], triangles[m, 2], triangles[m, 3]
     b = barycentric(edges, m, x, y)
     p0, p1, p2 = three_of(vertex, i, 0), three_of(vertex, j, 0), three_of(vertex, k, 0)
     p = b[0] * p0 + b[1] * p1 + b[2] * p2
-    to_eye = unit(three(settings, EYE) - p)
-    facet = (p1 - p0).cross(p2 - p0)
-    n = facet
+    n = (p1 - p0).cross(p2 - p0)
     if surfaces[which, SMOOTH] > 0:
         n = (
             b[0] * three_of(vertex, i, NORMAL)
@@ -217,7 +239,7 @@ def colour_at(
         )
     n = unit(n)
     back = 0
-    if facet.dot(to_eye) < 0:
+    if facing[m] < 0:
         back = 1
         n = -n
     value = b[0] * vertex[i, VALUE] + b[1] * vertex[j, VALUE] + b[2] * vertex[k, VALUE]
@@ -290,22 +312,21 @@ def colour_at(
     sun_colour = three(settings, SUN)
     around = sky * three(settings, SKY) + floor * three(settings, FLOOR)
     light = own * (share * sun * sun_colour + around)
-    facing = ti.max(n.dot(to_eye), F(0.0))
-    graze = 1 - facing
-    graze2 = graze * graze
-    sheen = surfaces[which, SHEEN]
-    if sheen > 0:
+    sheen, rough = surfaces[which, SHEEN], surfaces[which, ROUGHNESS]
+    if sheen > 0 or rough < F(0.95):
+        to_eye = unit(three(settings, EYE) - p)
+        graze = 1 - ti.max(n.dot(to_eye), F(0.0))
+        graze2 = graze * graze
         soft = sheen * graze2 * graze
         light += soft * (F(0.25) + F(0.75) * own) * (F(0.5) * share * sun * sun_colour + around)
-    rough = surfaces[which, ROUGHNESS]
-    if rough < F(0.95):
-        alpha = rough * rough
-        power = F(2.0) / (alpha * alpha) - 2
-        h = unit(to_eye + to_sun)
-        fresnel = F(0.04) + F(0.96) * graze2 * graze2 * graze
-        shine = F(0.005) * (power + 8) * ti.pow(ti.max(n.dot(h), F(0.0)), power)
-        light += ti.max(cosine, F(0.0)) * sun * shine * sun_colour
-        light += fresnel * (1 - rough) * around * (F(0.6) + F(0.4) * n[1])
+        if rough < F(0.95):
+            alpha = rough * rough
+            power = F(2.0) / (alpha * alpha) - 2
+            h = unit(to_eye + to_sun)
+            fresnel = F(0.04) + F(0.96) * graze2 * graze2 * graze
+            shine = F(0.005) * (power + 8) * ti.pow(ti.max(n.dot(h), F(0.0)), power)
+            light += ti.max(cosine, F(0.0)) * sun * shine * sun_colour
+            light += fresnel * (1 - rough) * around * (F(0.6) + F(0.4) * n[1])
     if surfaces[which, WIRE] > 0:
         rim = F(1e9)  # distance to the nearest edge in pixels
         for c in range(3):
@@ -321,8 +342,8 @@ def colour_at(
 
 @ti.kernel
 def shade(
-    samples: ti.i32, jitter: ti.f64, seen: I1, sample_seen: I1, vertex: F2, triangles: I2, edges: D2,
-    surfaces: F2, settings: F1, strain: F2, frames: F2, maps: F1, res: ti.i32, roof: F2,
+    samples: ti.i32, jitter: ti.f64, seen: I1, sample_seen: I1, vertex: F2, triangles: I2, facing: I1,
+    edges: D2, surfaces: F2, settings: F1, strain: F2, frames: F2, maps: F1, res: ti.i32, roof: F2,
     encode: U1, picture: U3,
 ):  # fmt: skip
     """The picture: each triangle that a pixel's samples see is shaded once, at the middle of its samples.
@@ -363,7 +384,7 @@ def shade(
                     colour = behind
                     if m >= 0:
                         colour = colour_at(
-                            m, x, y, samples, behind, vertex, triangles, edges, surfaces, settings, strain,
+                            m, x, y, samples, behind, vertex, triangles, facing, edges, surfaces, settings, strain,
                             frames, maps, res, roof,
                         )  # fmt: skip
                     light += count * colour
