@@ -323,7 +323,8 @@ def _readable(path: str, hidden: set[str]) -> Iterator[tuple[str, int]]:
 
 
 #: System calls of x86-64 (Taichi has no other Linux) that no formula needs: other processes, programs, the
-#: network, shared memory that outlives us, mounts, and doors into the kernel.
+#: network, shared memory that outlives us, owners and modes of files (landlock does not look at those), mounts,
+#: and doors into the kernel.
 _REFUSED = {
     "fork": 57, "vfork": 58, "execve": 59, "execveat": 322, "ptrace": 101, "kcmp": 312,
     "process_vm_readv": 310, "process_vm_writev": 311, "process_madvise": 440, "process_mrelease": 448,
@@ -333,6 +334,11 @@ _REFUSED = {
     "sched_setattr": 314, "ioprio_set": 251, "migrate_pages": 256, "move_pages": 279,
     "socket": 41, "connect": 42, "accept": 43, "bind": 49, "listen": 50, "accept4": 288,
     "shmget": 29, "shmat": 30, "shmctl": 31, "semget": 64, "msgget": 68, "mq_open": 240,
+    "chmod": 90, "fchmod": 91, "fchmodat": 268, "fchmodat2": 452,
+    "chown": 92, "fchown": 93, "lchown": 94, "fchownat": 260,
+    "utime": 132, "utimes": 235, "futimesat": 261, "utimensat": 280,
+    "setxattr": 188, "lsetxattr": 189, "fsetxattr": 190, "setxattrat": 463,
+    "removexattr": 197, "lremovexattr": 198, "fremovexattr": 199, "removexattrat": 466, "file_setattr": 469,
     "unshare": 272, "setns": 308, "chroot": 161, "pivot_root": 155, "mount": 165, "umount2": 166,
     "open_tree": 428, "move_mount": 429, "fsopen": 430, "fsconfig": 431, "fsmount": 432, "fspick": 433,
     "mount_setattr": 442, "open_by_handle_at": 304, "fanotify_init": 300,

@@ -49,6 +49,9 @@ STARTING = 60.0
 #: Users of the uid level, and of namespaces made by root: nobody's, a block for each grading.
 _FIRST_USER, _LAST_USER, _USERS = 61_200, 65_000, 60
 
+#: Whether the kernel's filters are used; tests switch them off, to be on an older system.
+FILTERS = True
+
 #: Whether a defence is given, of the level and what the kernel does besides ("filtered", "hidden").
 _DEFENCES: Mapping[str, Callable[[str, bool, bool], bool]] = {
     "deadlines from outside": lambda level, filtered, hidden: True,
@@ -324,6 +327,7 @@ class _Nursery:
             "users": _USERS,
             "view": _view(package, libraries),
             "libraries": libraries,
+            "filters": FILTERS,
             "hidden": [str(path) for path in hidden],
         }
         self._control, theirs = socket.socketpair()

@@ -160,10 +160,10 @@ def _worker(
     tempfile.tempdir = home
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     hidden = [*config["hidden"], *request["covered"]]
-    if config["level"] != "namespace":
+    if config["filters"] and config["level"] != "namespace":
         isolation.keep_to(config["view"], hidden, home)
     about = {
-        "filtered": isolation.forbid(),
+        "filtered": config["filters"] and isolation.forbid(),
         "exposed": [path for path in config["hidden"] if _can_read(path)],
     }
     del hidden
