@@ -4,6 +4,7 @@
 - `student`     start, check, watch, list, hint, reset, run, explain, gradcheck, submit, upgrade
 - `simulating`  simulate, scenes, render, export, demo, doctor
 - `grading`     grade
+- `classes`     class grade
 - `authoring`   release, reference
 
 Commands import what they do when they run, so that `muslin --help` is instant.
@@ -11,6 +12,6 @@ Commands import what they do when they run, so that `muslin --help` is instant.
 
 from muslin.cli.app import INTERRUPTED, app, main
 
-from muslin.cli import student, simulating, grading, authoring  # isort: skip  # noqa: RUF100  (in the order of --help)
+from muslin.cli import student, simulating, grading, classes, authoring  # isort: skip  # noqa: RUF100  (in the order of --help)
 
-__all__ = ["INTERRUPTED", "app", "authoring", "grading", "main", "simulating", "student"]
+__all__ = ["INTERRUPTED", "app", "authoring", "classes", "grading", "main", "simulating", "student"]

@@ -43,7 +43,8 @@ def class_grade(
         Path | None, typer.Option(help="Scores set by hand: a CSV of student, task, score, reason.")
     ] = None,
     seed: Annotated[
-        str | None, typer.Option(help="Draw the hidden cases from this. Default: each submission's own bytes.")
+        str | None,
+        typer.Option(help="Draw the hidden cases from this. Default: each submission's own bytes."),
     ] = None,
     safety: Annotated[Safety, typer.Option(help="How submissions are kept apart.")] = Safety.auto,
     deadline: Annotated[
@@ -60,12 +61,14 @@ def class_grade(
         graded = f", {taken} of them graded already" if taken else ""
         typer.echo(f"{total} submission{'s' * (total != 1)}{graded}.", err=True)
 
-    with progress("grading") as tick, progress("reporting") as tock:
+    with progress("grading") as tick:
         graded = grade_class(
             submissions, out, assignment, hidden=hidden, jobs=jobs, scheduler=scheduler, by_hand=overrides,
-            seed=seed, safety=safety.value, deadline=deadline, on_find=found, on_grade=tick, on_report=tock,
+            seed=seed, safety=safety.value, deadline=deadline, on_find=found, on_progress=tick,
         )  # fmt: skip
     for note in graded.notes:
         typer.echo(f"note: passed over {note}", err=True)
     typer.echo(graded.told())
-    typer.echo(f"Wrote {paths.shown(graded.folder / 'grades.csv')} and {paths.shown(graded.folder / 'index.html')}.")
+    typer.echo(
+        f"Wrote {paths.shown(graded.folder / 'grades.csv')} and {paths.shown(graded.folder / 'index.html')}."
+    )

@@ -1,0 +1,13 @@
+"""A whole class: a folder of submissions in, grades and one page about all of them out.
+
+- `finding`     which student handed in what, in the layouts of Canvas, Moodle, Gradescope, GitHub and plain folders
+- `work`        one submission graded in a process of its own, here or on another machine
+- `engines`     where those processes run: this machine's cores, or a Dask cluster
+- `ledger`      results on disk, so that no interruption costs or repeats one
+- `overrides`   scores set by hand
+- `gradebook`   what counts in the end, and `grades.csv`
+- `similarity`  advice on who may have copied
+- `press`       each student's report and picture
+- `page`        the report about the class
+- `run`         `grade_class`, which puts it together
+"""

@@ -1,0 +1,119 @@
+"""Results on disk: each in a file of its own, written whole or not at all, and one run at a time."""
+
+from __future__ import annotations
+
+import contextlib
+import fcntl
+import json
+import os
+import tempfile
+from collections.abc import Iterator, Mapping
+from dataclasses import asdict
+from pathlib import Path
+from typing import Any
+
+from muslin import paths
+from muslin.classes.work import Result
+from muslin.errors import MuslinError
+from muslin.grading.record import from_json
+
+SCHEMA = "muslin/class-result/v1"
+
+
+class Ledger:
+    """The results in a report's folder.
+
+    Parameters
+    ----------
+    folder : Path
+        Made if need be.
+    """
+
+    def __init__(self, folder: Path):
+        self.folder = folder
+        self._records = folder / "records"
+        try:
+            self._records.mkdir(parents=True, exist_ok=True)
+        except OSError as error:
+            raise MuslinError(f"{paths.shown(folder)} cannot be written: {error.strerror}.") from None
+
+    @contextlib.contextmanager
+    def locked(self) -> Iterator[None]:
+        """Have this folder to ourselves; the system lets go of it however we end.
+
+        Raises
+        ------
+        MuslinError
+            If another run has it.
+        """
+        with open(self.folder / ".lock", "a+", encoding="utf-8") as lock:
+            try:
+                fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            except OSError:
+                lock.seek(0)
+                raise MuslinError(
+                    f"Another run (process {lock.read(20).strip() or '?'}) is at work on {paths.shown(self.folder)}.",
+                    "Wait for it or stop it, or write to another folder with --out.",
+                ) from None
+            lock.truncate(0)
+            lock.write(str(os.getpid()))
+            lock.flush()
+            for unfinished in self._records.glob("*.new"):
+                unfinished.unlink(missing_ok=True)
+            yield
+
+    def take(self, key: str, stamp: Mapping[str, str]) -> Result | None:
+        """The result of an earlier run, if it is whole, final and of the very same work."""
+        try:
+            data = json.loads((self._records / f"{key}.json").read_bytes())
+            if data["schema"] != SCHEMA or data["stamp"] != stamp:
+                return None
+            result = Result(**data["result"])
+            if result.record is not None:
+                from_json(result.record)
+            return result if result.key == key and result.final else None
+        except (OSError, ValueError, KeyError, TypeError):
+            return None
+
+    def keep(self, result: Result, stamp: Mapping[str, str]) -> None:
+        """Write a result, and note in the journal that it was worked for."""
+        data = {"schema": SCHEMA, "stamp": stamp, "result": asdict(result)}
+        write(self._records / f"{result.key}.json", json.dumps(data).encode())
+        line = json.dumps({"key": result.key, "cpu": result.cpu, "graded": result.record is not None})
+        with open(self.folder / "journal.jsonl", "ab") as journal:
+            journal.write(line.encode() + b"\n")
+            journal.flush()
+            os.fsync(journal.fileno())
+
+    def journal(self) -> list[dict[str, Any]]:
+        """Every grading that has been done for this report, in order."""
+        entries = []
+        with contextlib.suppress(OSError):
+            for line in (self.folder / "journal.jsonl").read_text(encoding="utf-8").splitlines():
+                with contextlib.suppress(ValueError):
+                    entries.append(json.loads(line))
+        return entries
+
+
+def write(path: Path, data: bytes) -> None:
+    """Write a file so that, whatever happens, there is the old one or the new one, whole."""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:40]}", suffix=".new")
+        try:
+            with os.fdopen(descriptor, "wb") as stream:
+                stream.write(data)
+                stream.flush()
+                os.fchmod(stream.fileno(), 0o600)
+                os.fsync(stream.fileno())
+            os.replace(name, path)
+        except BaseException:
+            Path(name).unlink(missing_ok=True)
+            raise
+        folder = os.open(path.parent, os.O_RDONLY)
+        try:
+            os.fsync(folder)
+        finally:
+            os.close(folder)
+    except OSError as error:
+        raise MuslinError(f"{paths.shown(path)} cannot be written: {error.strerror or error}.") from None

@@ -1,0 +1,168 @@
+"""`grade_class`: find, grade what is not graded yet, and report."""
+
+from __future__ import annotations
+
+import statistics
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+from muslin import paths, runtime, tasks
+from muslin.classes import engines, finding, gradebook, overrides
+from muslin.classes.gradebook import Row
+from muslin.classes.ledger import Ledger, write
+from muslin.classes.work import Job, Result, Terms, edition
+from muslin.errors import MuslinError
+from muslin.grading.grader import _instructors
+from muslin.grading.record import from_json
+from muslin.grading.views.text import one_line, points
+
+#: Called as (done, total) while grading and reporting go on.
+Tick = Callable[[int, int], None]
+
+
+@dataclass(frozen=True)
+class Class:
+    """A class that was graded.
+
+    Attributes
+    ----------
+    rows : tuple of Row
+        One for each submission.
+    taken : int
+        How many of them an earlier run had graded.
+    folder : Path
+        Of the report.
+    notes : tuple of str
+        What was passed over in the folder of submissions.
+    """
+
+    rows: tuple[Row, ...]
+    taken: int
+    folder: Path
+    notes: tuple[str, ...]
+
+    def told(self) -> str:
+        """The class in a few lines."""
+        totals = [row.total for row in self.rows if row.total is not None]
+        failed = [row for row in self.rows if row.error]
+        lines = [f"{len(self.rows) - len(failed)} graded, {len(failed)} could not be."]
+        if totals:
+            lines[0] += (
+                f" Median {points(statistics.median(totals))} points, mean {points(statistics.fmean(totals))}."
+            )
+        lines += [f"  {one_line(row.submission.name)}: {one_line(row.error)}" for row in failed]
+        return "\n".join(lines)
+
+
+def grade_class(
+    submissions: Path | str,
+    out: Path | str,
+    assignment: str = "cloth",
+    *,
+    hidden: Path | str | None = None,
+    jobs: int | None = None,
+    scheduler: str | None = None,
+    by_hand: Path | str | None = None,
+    seed: str | None = None,
+    safety: str = "auto",
+    deadline: float | None = None,
+    on_find: Callable[[int, int], None] | None = None,
+    on_progress: Tick | None = None,
+) -> Class:
+    """Grade every submission in a folder; what is graded already is taken over.
+
+    Parameters
+    ----------
+    submissions : path
+    out : path
+        Folder of the report; its `records` make a run that was stopped go on.
+    assignment : str
+    hidden, seed, safety, deadline
+        As in `muslin.grade`.
+    jobs : int, optional
+        Submissions at a time on this machine; default its usable cores.
+    scheduler : str, optional
+        Address of a Dask scheduler to grade on instead.
+    by_hand : path, optional
+        Overrides; see `muslin.classes.overrides`.
+    on_find : callable, optional
+        Called as (submissions, of those graded already).
+    on_progress : callable, optional
+
+    Returns
+    -------
+    Class
+
+    Raises
+    ------
+    MuslinError
+        If the class cannot be graded at all.
+    """
+    table = tasks.assignment(assignment)
+    found, notes = finding.find(submissions, table)
+    set_by_hand = overrides.read(by_hand, found, table) if by_hand else {}
+    terms = Terms(assignment, edition(assignment), _hidden(hidden, table), seed, safety, deadline)
+    ledger = Ledger(Path(out))
+    with ledger.locked():
+        results: dict[str, Result] = {}
+        waiting: list[finding.Submission] = []
+        for submission in found:
+            try:
+                stamp = terms.stamp(finding.payload(submission, table))
+            except MuslinError as error:
+                results[submission.key] = Result(submission.key, error=str(error))
+                continue
+            earlier = ledger.take(submission.key, stamp)
+            if earlier is None:
+                waiting.append(submission)
+            else:
+                results[submission.key] = earlier
+        taken = len(results)
+        if on_find:
+            on_find(len(found), taken)
+        stamps: dict[str, dict[str, str]] = {}
+        total = len(waiting) + 1
+
+        def tick(done: int) -> None:
+            if on_progress:
+                on_progress(done, total)
+
+        def work() -> Iterator[Job]:
+            for submission in waiting:
+                data = finding.payload(submission, table)
+                stamps[submission.key] = terms.stamp(data)
+                yield Job(submission.key, submission.name, data)
+
+        if waiting:
+            engine = (
+                engines.cluster(scheduler) if scheduler else engines.local(jobs or runtime.usable_cores())
+            )
+            with engine as (pool, width, function):
+                for done, result in enumerate(engines.results(pool, width, function, terms, work()), 1):
+                    ledger.keep(result, stamps[result.key])
+                    results[result.key] = result
+                    tick(done)
+        if all(result.record is None for result in results.values()):
+            why = next(iter(results.values())).error
+            raise MuslinError(f"None of {len(found)} submissions could be graded. The first: {why}")
+        rows = tuple(_row(s, results[s.key], set_by_hand.get(s.key, ())) for s in found)
+        write(ledger.folder / "grades.csv", gradebook.grades_csv(rows, table).encode())
+        tick(total)
+    return Class(rows, taken, ledger.folder, tuple(notes))
+
+
+def _row(submission: finding.Submission, result: Result, set_by_hand: tuple[overrides.Override, ...]) -> Row:
+    record = None if result.record is None else from_json(result.record)
+    return Row(submission, record, result.error, set_by_hand)
+
+
+def _hidden(folder: Path | str | None, table: tasks.Assignment) -> tuple[tuple[str, bytes], ...]:
+    """The files of the instructor's hidden data, which go to wherever is graded."""
+    if folder is None:
+        return ()
+    _instructors(folder, table)  # says what is wrong with them, before all else
+    try:
+        return tuple((f.name, f.read_bytes()) for f in sorted(Path(folder).iterdir()) if f.is_file())
+    except OSError as error:
+        raise MuslinError(f"{paths.shown(folder)} cannot be read: {error.strerror}.") from None

@@ -1,0 +1,246 @@
+"""One submission graded in a process of its own: `graded` starts it, `main` is what runs in it.
+
+The same function is called on this machine and on the workers of a cluster: everything it needs comes as bytes,
+everything it finds goes back as plain data.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+import json
+import os
+import pickle
+import subprocess
+import sys
+import tempfile
+import threading
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import muslin
+from muslin import paths, tasks
+from muslin.errors import MuslinError
+
+#: Longest source of a task file that is kept for the comparison of submissions [characters].
+LONGEST_SOURCE = 50_000
+
+
+@dataclass(frozen=True)
+class Terms:
+    """What all submissions of a class are graded by.
+
+    Attributes
+    ----------
+    assignment : str
+    edition : str
+        `edition` of the assignment here; a worker with another one refuses.
+    hidden : tuple of (str, bytes)
+        The files of the instructor's hidden data; empty if there are none.
+    seed, safety, deadline
+        As in `muslin.grade`.
+    """
+
+    assignment: str
+    edition: str
+    hidden: tuple[tuple[str, bytes], ...] = ()
+    seed: str | None = None
+    safety: str = "auto"
+    deadline: float | None = None
+
+    def stamp(self, payload: bytes) -> dict[str, str]:
+        """What a result depends on: it is taken over only if all of this is the same."""
+        hidden = hashlib.sha256()
+        for name, data in self.hidden:
+            hidden.update(f"{name} {len(data)}\n".encode() + data)
+        return {
+            "submission": hashlib.sha256(payload).hexdigest(),
+            "assignment": self.edition,
+            "hidden": hidden.hexdigest() if self.hidden else "",
+            "seed": self.seed or "",
+            "safety": self.safety,
+            "deadline": "" if self.deadline is None else f"{self.deadline:g}",
+        }
+
+
+@dataclass(frozen=True)
+class Job:
+    """A submission on its way: its key, a name for people, and the bytes of its archive."""
+
+    key: str
+    name: str
+    payload: bytes
+
+
+@dataclass(frozen=True)
+class Result:
+    """What came of a submission: its record, or why there is none.
+
+    Attributes
+    ----------
+    key : str
+    record : dict, optional
+        `Record.as_json`.
+    error : str
+        For people.
+    final : bool
+        Whether grading the same bytes again would end the same: what cannot be read never can.
+    sources : dict of str
+        The task files as text, for the comparison of submissions.
+    cpu : float
+        Processor time it took, all processes together [s].
+    """
+
+    key: str
+    record: dict[str, Any] | None = None
+    error: str = ""
+    final: bool = True
+    sources: Mapping[str, str] | None = None
+    cpu: float = 0.0
+
+
+@cache
+def edition(assignment: str) -> str:
+    """Version of an assignment here, with a fingerprint of what it is graded by."""
+    table = tasks.assignment(assignment)
+    digest = hashlib.sha256(muslin.__version__.encode())
+    folder = paths.reference(assignment)
+    files = [paths.assignment(assignment) / tasks.MANIFEST, *sorted(folder.rglob("*"))]
+    for file in files:
+        if file.is_file():
+            digest.update(file.name.encode() + file.read_bytes())
+    return f"{table.name} {table.version} {digest.hexdigest()[:16]}"
+
+
+def longest(terms: Terms) -> float:
+    """How long grading one submission may take, everything included [s]; the grader's own limits are tighter."""
+    table = tasks.assignment(terms.assignment)
+    deadline = terms.deadline or table.grading.deadline
+    return 180.0 + 2 * len(table.tasks) * (deadline + 5) + 4 * table.grading.simulation_deadline
+
+
+def graded(terms: Terms, job: Job, on_start: Callable[[subprocess.Popen], None] | None = None) -> Result:
+    """Grade a submission in a process of its own, and wait for it. Never raises on account of the submission."""
+    process = subprocess.Popen(
+        [sys.executable, "-m", "muslin.classes.work"],
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        start_new_session=True,
+    )
+    if on_start:
+        on_start(process)
+    said = bytearray()
+    drain = threading.Thread(target=_drain, args=(process, said), daemon=True)
+    drain.start()
+    late = threading.Event()
+
+    def stop() -> None:
+        late.set()
+        process.kill()
+
+    limit = longest(terms)
+    alarm = threading.Timer(limit, stop)
+    alarm.start()
+    try:
+        assert process.stdin is not None
+        assert process.stdout is not None
+        with contextlib.suppress(BrokenPipeError):
+            message = pickle.dumps((terms, job))
+            process.stdin.write(len(message).to_bytes(8, "big") + message)
+            process.stdin.flush()
+        answer = process.stdout.read()
+        process.wait()
+    finally:
+        alarm.cancel()
+        with contextlib.suppress(OSError):
+            process.stdin.close()  # type: ignore[union-attr]
+        process.kill()
+        process.wait()
+    drain.join(timeout=5)
+    if late.is_set():
+        return Result(job.key, error=f"Grading it did not end within {limit:.0f} s.", final=False)
+    try:
+        return Result(**json.loads(answer))
+    except (ValueError, TypeError):
+        last = said.decode(errors="replace").strip().splitlines()[-1:] or ["it said nothing"]
+        return Result(
+            job.key, error=f"The grader ended early ({process.returncode}): {last[0][:300]}", final=False
+        )
+
+
+def _drain(process: subprocess.Popen, said: bytearray) -> None:
+    """Keep the end of what it complains about."""
+    with contextlib.suppress(OSError, ValueError):
+        while piece := process.stderr.read1(1 << 14):  # type: ignore[union-attr]
+            said += piece
+            del said[:-4096]
+
+
+def main() -> None:
+    """Grade what comes on standard input and say the result on standard output; end with whoever asked."""
+    out = os.dup(1)
+    os.dup2(2, 1)  # nothing else gets between
+    size = int.from_bytes(sys.stdin.buffer.read(8), "big")
+    terms, job = pickle.loads(sys.stdin.buffer.read(size))
+    threading.Thread(target=_end_with_parent, daemon=True).start()
+    result = _graded_here(terms, job)
+    with open(out, "w", encoding="utf-8") as stream:
+        json.dump(asdict(replace(result, cpu=_processor_time())), stream)
+    os._exit(0)  # the thread that watches the parent is reading still
+
+
+def _end_with_parent() -> None:
+    os.read(0, 1)
+    os._exit(1)
+
+
+def _processor_time() -> float:
+    times = os.times()
+    return round(times.user + times.system + times.children_user + times.children_system, 3)
+
+
+def _graded_here(terms: Terms, job: Job) -> Result:
+    from muslin.grading.grader import grade
+    from muslin.grading.submission import collect
+
+    if (here := edition(terms.assignment)) != terms.edition:
+        text = f"This worker has another edition of the assignment ({here} instead of {terms.edition})."
+        return Result(job.key, error=text, final=False)
+    table = tasks.assignment(terms.assignment)
+    with tempfile.TemporaryDirectory(prefix="muslin-class-") as scratch:
+        os.chdir(scratch)  # so that no message names a folder of this machine
+        path = Path(job.key)
+        path.write_bytes(job.payload)
+        hidden = None
+        if terms.hidden:
+            hidden = Path("hidden data")
+            hidden.mkdir()
+            for name, data in terms.hidden:
+                (hidden / name).write_bytes(data)
+        try:
+            handed = collect(path, table)
+        except MuslinError as error:
+            return Result(job.key, error=str(error))
+        sources = {
+            name: data.decode("utf-8", "replace")[:LONGEST_SOURCE] for name, data in handed.files.items()
+        }
+        try:
+            record = grade(
+                path, terms.assignment, hidden=hidden, seed=terms.seed, safety=terms.safety,
+                deadline=terms.deadline,
+            )  # fmt: skip
+        except MuslinError as error:
+            return Result(job.key, error=str(error), final=False, sources=sources)
+        except Exception as error:
+            text = f"An error in Muslin itself: {type(error).__name__}: {error}"
+            return Result(job.key, error=text, final=False, sources=sources)
+        record = replace(record, submission=replace(record.submission, name=job.name))
+        return Result(job.key, record.as_json(), sources=sources)
+
+
+if __name__ == "__main__":
+    main()
