@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from muslin import paths
-from muslin.cli.app import app, chosen_tasks
+from muslin.cli.app import INTERRUPTED, Quality, Setting, app, chosen_tasks, progress
 from muslin.errors import MuslinError
 
 Functions = Annotated[
@@ -50,7 +50,8 @@ def start(
 @app.command()
 def check(tasks: Tasks = None, functions: Functions = None) -> None:
     """Check functions against the public cases: what is wrong, the likely mistake, the next step."""
-    from muslin.student import checking, progress
+    from muslin.student import checking
+    from muslin.student import progress as standing
     from muslin.student.workspace import find
 
     workspace = find(functions)
@@ -66,7 +67,7 @@ def check(tasks: Tasks = None, functions: Functions = None) -> None:
     if note := _news(workspace):
         typer.echo(note)
     if workspace.started and green == len(names):
-        following = progress.open_task(progress.standings(workspace), names[-1])
+        following = standing.open_task(standing.standings(workspace), names[-1])
         if following is not None:
             typer.echo(f"Next: {following.task.name}, at {workspace.place(following.task.name)}")
     if green < len(names):
@@ -76,12 +77,12 @@ def check(tasks: Tasks = None, functions: Functions = None) -> None:
 @app.command("list")
 def list_(folder: Here = None) -> None:
     """List the tasks: points, where each stands, what it is simulated with."""
-    from muslin.student import progress
+    from muslin.student import progress as standing
     from muslin.student.workspace import find
 
     workspace = find(folder)
-    typer.echo("\n".join(progress.listed(workspace)))
-    following = progress.open_task(progress.standings(workspace))
+    typer.echo("\n".join(standing.listed(workspace)))
+    following = standing.open_task(standing.standings(workspace))
     if following is not None:
         typer.echo(f"Next: {following.task.name}, at {workspace.place(following.task.name)}")
     if note := _news(workspace):
@@ -116,12 +117,12 @@ def reset(
 
 def _one(workspace: object, task: str | None) -> str:
     """One task: the one named, or the next open one."""
-    from muslin.student import progress
+    from muslin.student import progress as standing
     from muslin.student.workspace import Workspace
 
     assert isinstance(workspace, Workspace)
     if task is None:
-        following = progress.open_task(progress.standings(workspace))
+        following = standing.open_task(standing.standings(workspace))
         return following.task.name if following else next(iter(workspace.table.tasks))
     found = chosen_tasks([task], workspace.table)
     if len(found) > 1:
@@ -140,3 +141,91 @@ def _news(workspace: object) -> str:
         f"{workspace.table.name} {workspace.table.version} is out, this workspace has {workspace.version}: "
         "muslin upgrade brings what is new; what you wrote stays."
     )
+
+
+@app.command()
+def run(
+    scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")] = "drape",
+    functions: Functions = None,
+    steps: Annotated[int | None, typer.Option(help="Time steps.")] = None,
+    setting: Setting = None,
+    out: Annotated[Path | None, typer.Option(help="Where to write. Default: runs/<scene>.")] = None,
+    film: Annotated[bool, typer.Option(help="Make a film, too.")] = True,
+    quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.draft,
+    size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "960x540",
+    strain: Annotated[bool, typer.Option(help="Colour the cloth by its stretch, with a legend.")] = False,
+) -> None:
+    """Simulate and film a scene with your own functions; Muslin's stand in where yours are not right yet."""
+    from muslin import scenes
+    from muslin.cli.simulating import _settings, _size
+    from muslin.student import running
+    from muslin.student.workspace import find
+
+    workspace = find(functions)
+    scenes.get(scene, **_settings(setting))  # what is misspelt is said before anything else
+    picture = _size(size)
+    cast = running.cast(workspace, typer.echo)
+    folder = out or workspace.folder / "runs" / scene
+    with progress(f"simulating {scene}") as tick:
+        result = running.simulate(workspace, cast, scene, folder, tick, steps=steps, **_settings(setting))
+    typer.echo("\n".join(running.told(cast, result.uses)))
+    last = result.energies[-1]
+    typer.echo(
+        f"{last.time:.2f} s in {last.step} steps. "
+        f"Energies [J]: kinetic {last.kinetic:.4g}, elastic {last.elastic:.4g}, gravity {last.gravity:.4g}."
+    )
+    from muslin import show
+
+    with progress("rendering") as tick:
+        written = show.render_run(
+            folder,
+            None,
+            "mp4" if film else None,
+            None,
+            tick,
+            quality=quality.value,
+            size=picture,
+            strain=strain,
+        )
+    typer.echo(f"Wrote {show.shown(written)}.")
+    if result.interrupted:
+        raise typer.Exit(INTERRUPTED)
+
+
+@app.command()
+def submit(
+    folder: Here = None,
+    out: Annotated[Path | None, typer.Option(help="Name of the zip.")] = None,
+) -> None:
+    """Pack the task files into a zip to hand in, read it back, and say where every task stands."""
+    from muslin.student import checking, submitting
+    from muslin.student.workspace import find
+
+    workspace = find(folder)
+    packed = submitting.pack(workspace, out)
+    typer.echo(
+        f"Packed {len(packed.files)} of {len(workspace.table.files)} files. Checking what is in the zip ..."
+    )
+    reports = list(submitting.examined(workspace, packed))
+    width = max(map(len, workspace.table.tasks))
+    for report in reports:
+        typer.echo("\n".join(checking.told(workspace, report, width, brief=True)))
+    green = [workspace.table.tasks[r.task] for r in reports if r.status == checking.GREEN]
+    points, total = (sum(t.points for t in tasks) for tasks in (green, workspace.table.tasks.values()))
+    typer.echo(f"{len(green)} of {len(workspace.table.tasks)} tasks agree with the public cases: "
+               f"{points} of {total} points, if the hidden cases agree too.")  # fmt: skip
+    for fault in packed.faults:
+        typer.echo(f"Attention: {fault}.")
+    typer.echo(f"Hand in {paths.shown(packed.path)}.")
+
+
+@app.command()
+def watch(
+    folder: Here = None,
+    scene: Annotated[str, typer.Option(help="What the key r runs.")] = "drape",
+) -> None:
+    """Check whenever you save a file. Keys: h hint, l list, n next, r run, q quit."""
+    from muslin.student import watching
+    from muslin.student.workspace import find
+
+    watching.watch(find(folder), typer.echo, scene)

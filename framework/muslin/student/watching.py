@@ -1,0 +1,215 @@
+"""Check on save: see what changed, check it, say it, move on when it is green.
+
+Saving is noticed by reading the few task files ten times a second. That needs no library, works on network
+drives, in containers and with every editor (which may write in place or replace the file), and costs under a
+thousandth of a core. A file counts as changed when a function in it does, not a comment.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import subprocess
+import sys
+import time
+from collections.abc import Callable, Iterator
+from typing import Any
+
+from muslin.errors import MuslinError
+from muslin.student import checking, hints, progress
+from muslin.student.workspace import Workspace, find
+
+#: How often files and keys are looked at [s].
+PERIOD = 0.1
+
+KEYS = {"h": "hint", "l": "list", "n": "next", "r": "run", "q": "quit"}
+
+
+class Watch:
+    """One session of watching.
+
+    Parameters
+    ----------
+    workspace : Workspace
+    say : callable
+        Prints a line.
+    scene : str
+        What the key r runs.
+    """
+
+    def __init__(self, workspace: Workspace, say: Callable[[str], Any], scene: str = "drape"):
+        self.workspace, self.say, self.scene = workspace, say, scene
+        self.checker = checking.Checker()
+        self.texts: dict[str, str] = {}
+        self.keys: dict[str, str] = {}
+        self.stamps: dict[str, tuple[int, int] | None] = {}
+        self.current: str | None = None
+
+    def begin(self) -> None:
+        """Say where things stand; check what has been changed since the last time."""
+        self.checker.warm()
+        self._look()
+        found = progress.standings(self.workspace)
+        self.keys = {s.task.name: self.workspace.key(s.task.name, self.texts) for s in found}
+        keys = "   ".join(f"{key} {word}" for key, word in KEYS.items())
+        self.say(f"Watching {self.workspace.folder.resolve().name}/. Save a file and it is checked.   {keys}")
+        unsure = [s.task.name for s in found if s.status == progress.UNCHECKED]
+        if unsure:
+            self._check(unsure)
+        else:
+            self._where()
+
+    def step(self) -> None:
+        """Check what has been saved since the last step."""
+        if not self._look():
+            return
+        began = time.monotonic()
+        keys = {name: self.workspace.key(name, self.texts) for name in self.keys}
+        changed = [name for name, key in keys.items() if key != self.keys[name]]
+        self.keys = keys
+        if not changed:
+            self.say("Saved; no function has changed.")
+            return
+        if self.current in changed:  # what one works on comes first
+            changed.sort(key=lambda name: name != self.current)
+        self._check(changed, began)
+
+    def press(self, key: str) -> bool:
+        """Do what a key asks for; whether to go on."""
+        word = KEYS.get(key.lower())
+        if word == "hint":
+            self._lines(
+                hints.shown(self.workspace, self.current) if self.current else ["Everything is green."]
+            )
+        elif word == "list":
+            self._lines(progress.listed(self.workspace))
+        elif word == "next":
+            found = progress.open_task(progress.standings(self.workspace), self.current)
+            self.current = found.task.name if found else None
+            self._where()
+        elif word == "run":
+            self._run()
+        return word != "quit"
+
+    def _look(self) -> bool:
+        """Read the files that may have changed; whether any text has."""
+        changed = False
+        for file in self.workspace.table.files:
+            path = self.workspace.folder / file
+            try:
+                status = path.stat()
+                stamp: tuple[int, int] | None = (status.st_mtime_ns, status.st_size)
+                if stamp == self.stamps.get(file, ()):
+                    continue
+                text = path.read_text(encoding="utf-8-sig", errors="replace")
+            except OSError:  # between the two halves of a save, or deleted
+                stamp, text = None, ""
+                if self.stamps.get(file, ()) is None:
+                    continue
+            self.stamps[file] = stamp
+            if self.texts.get(file) != text:
+                self.texts[file], changed = text, True
+        return changed
+
+    def _check(self, names: list[str], began: float | None = None) -> None:
+        began = time.monotonic() if began is None else began
+        width = max(map(len, names))
+        self.say("")
+        reports = []
+        for report in self.checker.check(self.workspace, names):
+            brief = report.task != (self.current or report.task) and len(names) > 1
+            self._lines(checking.told(self.workspace, report, width, brief))
+            reports.append(report)
+        took = time.monotonic() - began
+        turned_green = [r.task for r in reports if r.status == checking.GREEN]
+        if self.current in turned_green or self.current is None:
+            found = progress.open_task(progress.standings(self.workspace), self.current)
+            self.current = found.task.name if found else None
+        self._where(f"   ({took:.1f} s)")
+        self.checker.warm()  # a new worker gets ready while the student thinks
+
+    def _where(self, note: str = "") -> None:
+        found = progress.standings(self.workspace)
+        if self.current is None and (first := progress.open_task(found)) is not None:
+            self.current = first.task.name
+        self.say(progress.bar(found) + note)
+        if self.current is None:
+            self.say("Everything is green. r runs your cloth; muslin submit packs it.")
+            return
+        entry = self.workspace.table.tasks[self.current]
+        self.say(
+            f"Now: {self.current}, {entry.title.lower()}, {entry.points} points, "
+            f"at {self.workspace.place(self.current)}; read {self.workspace.chapter(self.current)}"
+        )
+
+    def _run(self) -> None:
+        self.say(f"Running {self.scene} with your functions (Ctrl-C stops it) ...")
+        command = [sys.executable, "-m", "muslin.cli", "run", self.scene]
+        with contextlib.suppress(KeyboardInterrupt):
+            subprocess.run([*command, "--functions", str(self.workspace.folder)], check=False)
+        self._where()
+
+    def _lines(self, lines: list[str]) -> None:
+        for line in lines:
+            self.say(line)
+
+
+def watch(workspace: Workspace, say: Callable[[str], Any], scene: str = "drape") -> None:
+    """Watch until q is pressed, Ctrl-C comes, or the workspace is gone."""
+    session = Watch(workspace, say, scene)
+    try:
+        session.begin()
+        with _keys() as pressed:
+            while True:
+                key = pressed(PERIOD)
+                if key and not session.press(key):
+                    break
+                if not workspace.folder.is_dir():
+                    raise MuslinError("The workspace is gone.")
+                session.step()
+    except KeyboardInterrupt:
+        pass
+    finally:
+        session.checker.close()
+    say("Watching has ended. " + progress.bar(progress.standings(find(workspace.folder))))
+
+
+@contextlib.contextmanager
+def _keys() -> Iterator[Callable[[float], str]]:
+    """A function that waits at most so many seconds for a key and gives it, or ""; the terminal is put back."""
+    if not sys.stdin.isatty():
+
+        def none(seconds: float) -> str:
+            time.sleep(seconds)
+            return ""
+
+        yield none
+    elif sys.platform == "win32":
+        import msvcrt
+
+        def pressed(seconds: float) -> str:
+            end = time.monotonic() + seconds
+            while time.monotonic() < end:
+                if msvcrt.kbhit():
+                    return msvcrt.getwch()
+                time.sleep(0.02)
+            return ""
+
+        yield pressed
+    else:
+        import os
+        import select
+        import termios
+        import tty
+
+        descriptor = sys.stdin.fileno()
+        before = termios.tcgetattr(descriptor)
+
+        def pressed(seconds: float) -> str:
+            ready, _, _ = select.select([descriptor], [], [], seconds)
+            return os.read(descriptor, 1).decode("ascii", "ignore") if ready else ""
+
+        try:
+            tty.setcbreak(descriptor)
+            yield pressed
+        finally:
+            termios.tcsetattr(descriptor, termios.TCSADRAIN, before)
