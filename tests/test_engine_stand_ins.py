@@ -65,6 +65,25 @@ def test_a_function_stood_in_for_is_not_called_and_nothing_changes(solution, stu
         close(np.array(cloth.kinetic_energy(v)), np.array(whole.kinetic_energy(v)), 1e-12)
 
 
+def test_a_function_that_must_not_be_called_is_not_even_compiled(solution, sheet, tmp_path):
+    """One that can be called, but does harm when Taichi compiles it."""
+    flat, x = sheet
+    for file in (ROOT / "solutions" / "cloth").glob("*.py"):
+        (tmp_path / file.name).write_text(file.read_text())
+    for name in TASKS:
+        path = tmp_path / solution[name].task.file
+        before = path.read_text()
+        head, body = before.split(f"def {name}(")
+        body = body.replace("    # begin solution", "    ti.static(harm())\n    # begin solution", 1)
+        path.write_text(f"{head}def {name}({body}\n\ndef harm():\n    raise SystemExit('called')\n")
+        harmful = muslin.load(tmp_path)
+        assert stand_ins.unusable(harmful) == ()
+        for road in ("closed", "lecture"):
+            cloth = muslin.Cloth(flat, **MATERIAL, functions=harmful, stand_ins=(name,), hessian=road)
+            cloth.energy(x), cloth.gradient(x), cloth.hessian(x), cloth.kinetic_energy(x)
+        path.write_text(before)
+
+
 def test_the_cloth_says_which_functions_it_calls(solution, sheet):
     flat, _ = sheet
 

@@ -18,6 +18,8 @@ from muslin.tasks import Functions
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
+    from muslin.elements.pattern import Assembly, Impulse, Layout
+
 ENERGIES = ("linearised", "area", "volumetric")
 HESSIANS = ("closed", "lecture")
 
@@ -88,15 +90,20 @@ class Cloth:
         self.energy_name, self.road, self.stand_ins = energy, hessian, checked(stand_ins, functions)
         rest = (self.X, self.triangles, self.area, self.normal, self.mu, self.lam, self.h, energy)
         parts = ("energy", "gradient", "hessian")
-        student, native = None, None
-        if functions is not None and any(self.by_student(part) for part in parts):
-            student = StudentElement(functions, *rest, hessian)
-        if not all(self.by_student(part) for part in parts):
-            native = NativeElement(*rest)
+        own = [part for part in parts if self.by_student(part)]
+        student = StudentElement(functions, own, *rest, hessian) if functions is not None and own else None
+        native = NativeElement(*rest) if len(own) < len(parts) else None
         #: which element computes each part
-        self.elements: dict[str, Any] = {part: student if self.by_student(part) else native for part in parts}
-        self.mass_data = self._mass_data()
+        self.elements: dict[str, Any] = {part: student if part in own else native for part in parts}
+        self._distinct = [element for element in (student, native) if element is not None]
+        self.mass_factor = self.pattern.blocks(self._mass_factor())
+        self.mass_data = np.zeros(self.pattern.nnz)
+        layout = self.pattern.layout
+        for a in range(3):
+            self.mass_data[layout.start + a * (layout.stride + 1)] = self.mass_factor
         self.mass = self.pattern.matrix(self.mass_data)
+        self._sum: Any = None
+        self._moving: Any = None
 
     def by_student(self, part: str) -> Functions | None:
         """The functions that compute a part (a key of `muslin.stand_ins.NEEDS`), or None if native code does."""
@@ -117,17 +124,28 @@ class Cloth:
         """Tasks whose functions energy, gradient, Hessian, mass and kinetic energy of this cloth really call."""
         return self.tasks_behind("energy", "gradient", "hessian", "mass", "kinetic energy")
 
-    def _mass_data(self) -> np.ndarray:
+    def _mass_factor(self) -> np.ndarray:
+        """Factor of the identity for each pair of corners of each triangle, (9 m,) [kg]."""
         m = len(self.triangles)
         i, j = np.divmod(np.tile(np.arange(9), m), 3)
         area = np.repeat(self.area, 9)
         if functions := self.by_student("mass"):
             from muslin.batch import evaluate
 
-            factor = evaluate(functions.mass_block, i=i, j=j, area=area, rho=self.rho, h=self.h)
-        else:
-            factor = self.rho * self.h * area * np.where(i == j, 2.0, 1.0) / 12
-        return self.pattern.data(factor[:, None, None] * np.eye(3))
+            return evaluate(functions.mass_block, i=i, j=j, area=area, rho=self.rho, h=self.h)
+        return self.rho * self.h * area * np.where(i == j, 2.0, 1.0) / 12
+
+    def assembly(self, layout: Layout, data: np.ndarray | None = None) -> Assembly:
+        """What writes M + scale d2V/dx2 to a layout of blocks; `prepare` the Hessian before calling it."""
+        from muslin.elements.pattern import Assembly
+
+        return Assembly(self.pattern, layout, self.mass_factor, self.elements["hessian"].rows, data)
+
+    def impulse(self) -> Impulse:
+        """What computes M v + dt (force - gradient); `prepare` the gradient before calling it."""
+        from muslin.elements.pattern import Impulse
+
+        return Impulse(self.pattern, self.mass_factor, self.elements["gradient"].gradient_rows)
 
     # One position at a time: what several of these need is computed once ---------------------------------
 
@@ -152,9 +170,16 @@ class Cloth:
         if x.shape != self.X.shape:
             raise MuslinError(f"Positions have shape {x.shape}; this cloth needs {self.X.shape}.")
         runtime.start()  # should somebody else have restarted Taichi
-        x = x.copy()
-        for element in set(self.elements.values()):
+        for element in self._distinct:
             element.update(x)
+
+    def prepare(self, *parts: str, project: bool = True) -> None:
+        """Compute parts ("energy", "gradient", "hessian") at the positions taken, in as few launches as can be.
+
+        Only a matter of speed: the functions below compute what they need, each for itself.
+        """
+        for element in self._distinct:
+            element.compute(*(part for part in parts if self.elements[part] is element), project=project)
 
     def energy_here(self) -> float:
         """Elastic energy [J]."""
@@ -166,7 +191,13 @@ class Cloth:
 
     def stiffness_here(self, project: bool = True) -> np.ndarray:
         """Data array (nnz,) of the energy's Hessian on `pattern` [N/m]."""
-        return self.pattern.data(self.elements["hessian"].hessians(project))
+        from muslin.elements.pattern import Assembly
+
+        self.prepare("hessian", project=project)
+        if self._sum is None:
+            massless = np.zeros_like(self.mass_factor)
+            self._sum = Assembly(self.pattern, self.pattern.layout, massless, self.elements["hessian"].rows)
+        return self._sum(1.0).copy()
 
     # At given positions -------------------------------------------------------------------------------------
 
@@ -191,12 +222,12 @@ class Cloth:
     def kinetic_energy(self, v: np.ndarray) -> float:
         """1/2 qdot^T M qdot [J] for velocities v (n, 3)."""
         if functions := self.by_student("kinetic energy"):
-            from muslin.batch import evaluate
+            if self._moving is None:
+                from muslin.elements.student import KineticEnergy
 
-            v0, v1, v2 = (v[self.triangles[:, k]] for k in range(3))
-            function = functions.kinetic_energy
-            T = evaluate(function, v0=v0, v1=v1, v2=v2, area=self.area, rho=self.rho, h=self.h)
-            return float(T.sum())
+                rest = (self.triangles, self.area, self.rho, self.h)
+                self._moving = KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
+            return float(self._moving(v).sum())
         return 0.5 * float(v.ravel() @ (self.mass @ v.ravel()))
 
     def stretches(self, x: np.ndarray) -> np.ndarray:

@@ -33,11 +33,29 @@ def tangents(N):
 
 
 @ti.func
+def half_angle(z):
+    """Cosine and sine of half the angle of the vector z, by square roots; of zero where z vanishes."""
+    length = z.norm()
+    c, s = 1.0, 0.0
+    if length > 0:
+        x, y = z[0] / length, z[1] / length
+        if x >= 0:
+            c = ti.sqrt((1 + x) / 2)
+            s = y / (2 * c)
+        else:
+            s = ti.sqrt((1 - x) / 2)
+            c = ti.abs(y) / (2 * s)
+            if y < 0:
+                s = -s
+    return c, s
+
+
+@ti.func
 def svd(F, N):
     """F = U diag(s) V^T with s_0 >= s_1 >= 0 in the plane of the triangle and s_2 = 1 along its normal.
 
     Closed form: the two in-plane columns of F are orthogonalised (Gram-Schmidt, the longer first) and the
-    remaining 2x2 triangle is decomposed by two angles. U and V are rotations. Error about 1e-15, also for
+    remaining 2x2 triangle is decomposed by two half angles. U and V are rotations. Error about 1e-15, also for
     equal, vanishing and very different stretches.
 
     F       : deformation gradient with F N = n, mat3 [1]
@@ -64,19 +82,18 @@ def svd(F, N):
     else:
         q1 = n.cross(q0).normalized()
         r11 = ti.max(q1.dot(b), 0.0)
-    # 2x2: [[length, r01], [0, r11]] = R(left) diag(s_0, s_1) R(right), by two angles
+    # 2x2: [[length, r01], [0, r11]] = R(left) diag(s_0, s_1) R(right), by two half angles
     plus = ti.Vector([length + r11, -r01]) / 2
     minus = ti.Vector([length - r11, r01]) / 2
     s0 = plus.norm() + minus.norm()
     s1 = 0.0 * s0
     if s0 > 0:
         s1 = ti.min(length * (r11 / s0), s0)
-    sum_angle = ti.atan2(plus[1], plus[0])
-    difference = ti.atan2(minus[1], minus[0])
-    left, right = (sum_angle + difference) / 2, (sum_angle - difference) / 2
-    c, d = ti.cos(left), ti.sin(left)
+    ca, sa = half_angle(plus)
+    cb, sb = half_angle(minus)
+    c, d = ca * cb - sa * sb, sa * cb + ca * sb  # left: the sum of the half angles
     u0, u1 = c * q0 + d * q1, c * q1 - d * q0
-    c, d = ti.cos(right), ti.sin(right)
+    c, d = ca * cb + sa * sb, sa * cb - ca * sb  # right: their difference
     v0, v1 = c * t0 - d * t1, d * t0 + c * t1
     U = ti.Matrix.cols([u0, u1, u0.cross(u1)])
     V = ti.Matrix.cols([v0, v1, N])

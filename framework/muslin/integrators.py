@@ -17,7 +17,7 @@ import numpy as np
 from muslin.cloth import Cloth
 from muslin.colliders import Collider, Contacts, detect, respond
 from muslin.errors import MuslinError, SimulationError
-from muslin.solvers import FreeSystem
+from muslin.solvers import System
 
 
 @dataclass(frozen=True)
@@ -61,9 +61,10 @@ class Model:
     project : bool
         Make element Hessians positive semi-definite (leave it on).
     solver : str
-        "auto", "cholmod" or "superlu".
+        "auto" or a name in `muslin.solvers.SOLVERS`.
     tolerance : float
-        Of Newton's method: see `backward_euler`.
+        Of Newton's method: see `backward_euler`. Of iterative solvers: the residual of a linear system, relative
+        to its right-hand side.
     """
 
     cloth: Cloth
@@ -79,13 +80,14 @@ class Model:
     tolerance: float = 1e-8
 
     def __post_init__(self) -> None:
-        n = len(self.cloth.X)
-        held = np.zeros((n, 3), dtype=bool)
+        cloth, n = self.cloth, len(self.cloth.X)
+        held = np.zeros(n, dtype=bool)
         held[self.held] = True
-        pattern = self.cloth.pattern
-        self.system = FreeSystem(
-            pattern.indptr, pattern.indices, held.ravel(), self.solver, definite=self.project
-        )
+        blocks = cloth.pattern.layout
+        self.system = System(blocks.row, blocks.col, held, self.solver, self.project, cloth.X, self.tolerance)
+        self._assemble = cloth.assembly(self.system.layout, self.system.data)
+        self._couple = cloth.assembly(self.system.coupling)
+        self._impulse = cloth.impulse()
         self.weight = (self.cloth.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
 
     def conservative_force(self, x: np.ndarray) -> np.ndarray:
@@ -117,19 +119,33 @@ class Model:
             energy += self.spring.stiffness / 2 * float(pull @ pull)
         return energy
 
-    def system_matrix(self, dt: float) -> np.ndarray:
-        """CSR data of M + dt^2 K at the cloth's current positions."""
-        K = self.cloth.stiffness_here(self.project)
-        if self.spring:
-            K[self.cloth.pattern.diagonal[self.spring.vertex]] += self.spring.stiffness
-        return self.cloth.mass_data + dt**2 * K
+    def prepare(self) -> None:
+        """Compute all that a step needs of the elements at the cloth's positions, in one go."""
+        self.cloth.prepare("energy", "gradient", "hessian", project=self.project)
 
-    def known_velocity(self, time: float, dt: float) -> np.ndarray:
-        """Velocities (3n,) with the pinned vertices' filled in, for the step from `time` by dt."""
+    def assemble(self, dt: float) -> None:
+        """Write M + dt^2 K at the cloth's current positions into `system`."""
+        self.cloth.prepare("hessian", project=self.project)
+        self._assemble(dt**2)
+        if self.spring:
+            self._assemble.add_to_diagonal(self.spring.vertex, dt**2 * self.spring.stiffness)
+
+    def coupling(self, known: np.ndarray | None, dt: float) -> np.ndarray | None:
+        """Data of `system.coupling` for the matrix just assembled, where the held vertices move."""
+        return self._couple(dt**2) if known is not None and known.any() else None
+
+    def impulse(self, state: State, force: np.ndarray, dt: float) -> np.ndarray:
+        """M v + dt (force - elastic gradient), (n, 3) [kg m/s]."""
+        self.cloth.prepare("gradient")
+        return self._impulse(state.v, force, dt)
+
+    def known_velocity(self, time: float, dt: float) -> np.ndarray | None:
+        """Velocities (n, 3) with the pinned vertices' filled in, for the step from `time` by dt; None at rest."""
+        if self.held_velocity is None or not len(self.held):
+            return None
         known = np.zeros((len(self.cloth.X), 3))
-        if self.held_velocity is not None and len(self.held):
-            known[self.held] = self.held_velocity(time, dt)
-        return known.ravel()
+        known[self.held] = self.held_velocity(time, dt)
+        return known
 
     def contacts(self, state: State, dt: float) -> list[Contacts]:
         """Contacts of the free vertices, for a step of dt [s]."""
@@ -148,9 +164,14 @@ class Model:
 def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
     """One step of linearly implicit Euler.  The cloth must have been updated to `state.x`."""
     contacts = model.contacts(state, dt)
-    f = model.conservative_force(state.x) + model.wind_force(state.x, state.v) - model.cloth.gradient_here()
-    b = model.cloth.mass @ state.v.ravel() + dt * f.ravel()
-    v = model.system.solve(model.system_matrix(dt), b, model.known_velocity(state.time, dt)).reshape(-1, 3)
+    model.prepare()
+    force = model.conservative_force(state.x)
+    if model.drag:
+        force += model.wind_force(state.x, state.v)
+    b = model.impulse(state, force, dt)
+    model.assemble(dt)
+    known = model.known_velocity(state.time, dt)
+    v = model.system.solve(b, known, model.coupling(known, dt), guess=state.v)
     return _finish(model, state, v, contacts, dt)
 
 
@@ -174,9 +195,13 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
     cloth, system = model.cloth, model.system
     contacts = model.contacts(state, dt)
     air = model.wind_force(state.x, state.v)
+    start = state.v.copy()
+    start[system.held] = 0.0
     known = model.known_velocity(state.time, dt)
-    start = np.where(system.held, known, state.v.ravel())
-    free = ~system.held
+    if known is not None:
+        start[system.held] = known[system.held]
+    start = start.ravel()
+    free = np.repeat(~system.held, 3)
 
     def objective(v: np.ndarray) -> float:
         x = state.x + dt * v.reshape(-1, 3)
@@ -199,9 +224,12 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
         parts = (momentum, elastic, external, cloth.mass @ v)
         return momentum + elastic - external, max(float(np.linalg.norm(part[free])) for part in parts)
 
-    def rounding(A: np.ndarray, x: np.ndarray) -> np.ndarray:
+    def rounding(x: np.ndarray) -> np.ndarray:
         """Error of the impulses dt f that rounding alone makes, (3n,) [N s]."""
-        impulses = np.abs(cloth.pattern.matrix(A - cloth.mass_data)) @ np.abs(x).ravel() / dt
+        K = cloth.stiffness_here(model.project)
+        if model.spring:
+            K[cloth.pattern.diagonal[model.spring.vertex]] += model.spring.stiffness
+        impulses = dt * np.abs(cloth.pattern.matrix(K)) @ np.abs(x).ravel()
         return 32 * np.finfo(float).eps * impulses
 
     v = start
@@ -213,9 +241,9 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
             raise SimulationError("Newton's method met a NaN.", "Reduce dt, or look at your functions.")
         if size <= model.tolerance * scale:
             return _finish(model, state, v.reshape(-1, 3), contacts, dt)
-        A = model.system_matrix(dt)
-        noise = rounding(A, state.x + dt * v.reshape(-1, 3))
-        step = system.solve(A, -r, np.zeros_like(r))
+        model.assemble(dt)
+        noise = rounding(state.x + dt * v.reshape(-1, 3))
+        step = system.solve(-r.reshape(-1, 3)).ravel()
         moved, place = dt * float(np.abs(step).max()), float(np.abs(state.x).max())
         if size <= float(np.linalg.norm(noise[free])) or moved <= 4 * np.finfo(float).eps * place:
             return _finish(model, state, v.reshape(-1, 3), contacts, dt)

@@ -1,62 +1,90 @@
-"""Sparse symmetric systems: one ordering per pattern, one numeric factorisation per step.
+"""Sparse symmetric systems of a cloth: one order per pattern, one numeric factorisation per step.
 
-Sparse direct solvers only, since cloth is stiff: CHOLMOD through cvxopt where the `fast` extra is installed (the
-package is under the GPL), else SuperLU, which comes with SciPy under a permissive licence.
+A solver says where it wants every 3x3 block (`layout`), the cloth is assembled straight into its `data`, and
+`solve` does the rest: no copy, no permutation. Direct solvers, since cloth is stiff: CHOLMOD through cvxopt where
+the `fast` extra is installed (under the GPL), else SuperLU, which comes with SciPy under a permissive licence.
+Conjugate gradients, in Taichi, need no more memory than the matrix itself: "auto" takes them from `LARGE`
+vertices on, where factors of a sheet no longer fit into a few gigabytes.
 """
 
 from __future__ import annotations
 
 import importlib.util
+import itertools
 from collections.abc import Callable, Mapping
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
+from muslin import cholmod, ordering, runtime
+from muslin.elements.pattern import Layout, pointers
 from muslin.errors import MuslinError, SimulationError
 
+#: Vertices from which on "auto" iterates instead of factorising.
+LARGE = 300_000
 
-class Factors(Protocol):
-    """A factorised matrix."""
-
-    def solve(self, b: np.ndarray) -> np.ndarray:
-        """Solve A y = b for a vector (k,)."""
-        ...
+#: Free vertices from which on two threads factorise the two halves of a cloth.
+HALVES = 700
 
 
 class Solver(Protocol):
-    """A solver for all matrices of one symmetric sparsity pattern."""
+    """A solver for all matrices of one symmetric pattern of blocks.
 
-    def factorise(self, data: np.ndarray) -> Factors:
-        """Factorise the matrix with this CSR data array (nnz,)."""
+    Constructed from the graph of the free vertices (CSR, diagonal included), their coordinates (n, 3), whether
+    the matrices will be positive definite, and a tolerance that only iterative solvers use.
+    """
+
+    layout: Layout
+    data: np.ndarray
+
+    def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Solve A y = b, both (n, 3), for the matrix that is in `data` now."""
         ...
 
 
+def _whole(graph: sp.csr_matrix) -> Layout:
+    row = np.repeat(np.arange(graph.shape[0]), np.diff(graph.indptr))
+    return Layout.csr(row, graph.indices, graph.shape[0])
+
+
 class SuperLU:
-    """SciPy's SuperLU in symmetric mode with a minimum-degree ordering: no extra package.
+    """SciPy's SuperLU in symmetric mode: no extra package.
 
     A `definite` matrix needs no pivoting, which keeps the ordering's sparsity.
     """
 
-    def __init__(self, indptr: np.ndarray, indices: np.ndarray, definite: bool = True):
-        self.indptr, self.indices, self.definite = indptr, indices, definite
+    def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
+        self.n, self.definite = graph.shape[0], definite
+        order = ordering.nested_dissection(graph, points, np.arange(self.n))
+        self.order, self.place = order, np.argsort(order)
+        permuted = graph[order][:, order].tocsr()
+        permuted.sort_indices()
+        layout = _whole(permuted)
+        self.indptr, self.indices = layout.scalar(self.n)
+        self.layout = Layout(order[layout.row], order[layout.col], layout.start, layout.stride, layout.size)
+        self.data = np.zeros(layout.size)
 
-    def factorise(self, data: np.ndarray) -> Factors:
-        """Factorise, with pivoting where the matrix is not known to be definite."""
-        k = len(self.indptr) - 1
-        matrix = sp.csc_matrix((data, self.indices, self.indptr), shape=(k, k), copy=False)
-        if not self.definite:
-            return pivoted(matrix)
-        try:
-            return splu(
-                matrix, permc_spec="MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-            )
-        except RuntimeError:
-            return pivoted(matrix)
+    def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Factorise and solve."""
+        k = 3 * self.n
+        matrix = sp.csc_matrix((self.data, self.indices, self.indptr), shape=(k, k), copy=False)
+        y = self._factors(matrix).solve(b[self.order].ravel())
+        return y.reshape(-1, 3)[self.place]
+
+    def _factors(self, matrix: sp.csc_matrix) -> Any:
+        if self.definite:
+            try:
+                return splu(
+                    matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
+                )
+            except RuntimeError:
+                pass
+        return pivoted(matrix)
 
 
-def pivoted(matrix: sp.csc_matrix) -> Factors:
+def pivoted(matrix: sp.csc_matrix) -> Any:
     """LU with partial pivoting, for matrices that are not positive definite (`project=False`).
 
     Raises
@@ -72,48 +100,246 @@ def pivoted(matrix: sp.csc_matrix) -> Factors:
         ) from None
 
 
+class _Triangle:
+    """The blocks of a symmetric matrix on and below the diagonal, in an order of elimination."""
+
+    def __init__(self, graph: sp.csr_matrix, order: np.ndarray):
+        permuted = graph[order][:, order].tocsr()
+        permuted.sort_indices()
+        row = np.repeat(np.arange(len(order)), np.diff(permuted.indptr))
+        kept = permuted.indices >= row  # row by row above the diagonal is column by column below it
+        inner = Layout.csr(row[kept], permuted.indices[kept], len(order))
+        self.order = order
+        self.indptr, self.indices = inner.scalar(len(order))
+        self.layout = Layout(order[inner.row], order[inner.col], inner.start, inner.stride, inner.size)
+
+    def full(self, data: np.ndarray) -> sp.csc_matrix:
+        """The whole matrix, in the order of elimination."""
+        k = 3 * len(self.order)
+        upper = sp.triu(sp.csr_matrix((data, self.indices, self.indptr), shape=(k, k)))
+        return (upper + sp.triu(upper, 1).T).tocsc()
+
+
 class Cholmod:
-    """CHOLMOD's supernodal Cholesky factorisation, analysed once (cvxopt)."""
+    """CHOLMOD's supernodal Cholesky factorisation, analysed once: large cloths in two halves at once.
 
-    def __init__(self, indptr: np.ndarray, indices: np.ndarray, definite: bool = True):
-        from cvxopt import cholmod, matrix, spmatrix
+    Where the library cannot be called directly (see `muslin.cholmod`), cvxopt's wrapper is.
+    """
 
-        self.indptr, self.indices = indptr, indices
-        self._cholmod, self._matrix = cholmod, matrix
-        k = len(indptr) - 1
-        rows = np.repeat(np.arange(k), np.diff(indptr))
-        # the upper triangle row by row is, by symmetry, the lower triangle column by column
-        self._upper = np.flatnonzero(indices >= rows)
-        i, j = indices[self._upper].astype(int), rows[self._upper].astype(int)
-        self._A = spmatrix(1.0, matrix(i), matrix(j), (k, k))
-        cholmod.options["supernodal"] = 2
-        self._F = cholmod.symbolic(self._A)
+    def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
+        n = graph.shape[0]
+        everything, nothing = np.arange(n), np.arange(0)
+        parts, separator = [everything], nothing
+        if n >= HALVES and cholmod.available():
+            one, other, between = ordering.cut(graph, points, everything)
+            if min(len(one), len(other)) > 2 * len(between) > 0:
+                parts, separator = [one, other], between
+        triangles = [_best_triangle(graph, points, part, separator) for part in parts]
+        if len(parts) == 2 and any((t.order[-len(separator) :] != separator).any() for t in triangles):
+            triangles = [_best_triangle(graph, points, everything, nothing)]
+        ends = np.cumsum([0, *(triangle.layout.size for triangle in triangles)])
+        self.data = np.zeros(ends[-1])
+        pieces = [self.data[a:b] for a, b in itertools.pairwise(ends)]
+        layouts = [triangle.layout for triangle in triangles]
+        start = [layout.start + end for layout, end in zip(layouts, ends[:-1], strict=True)]
+        self.layout = Layout(
+            np.concatenate([layout.row for layout in layouts]),
+            np.concatenate([layout.col for layout in layouts]),
+            np.concatenate(start).astype(np.int32),
+            np.concatenate([layout.stride for layout in layouts]),
+            int(ends[-1]),
+        )
+        self._triangles, self._pieces = triangles, pieces
+        self._solve: Callable[[np.ndarray], np.ndarray]
+        if not cholmod.available():
+            self._solve = _Wrapped(triangles[0], self.data)
+        elif len(triangles) == 1:
+            self._solve = _Direct(triangles[0], self.data)
+        else:
+            self._solve = _InHalves(triangles, pieces, len(separator))
 
-    def factorise(self, data: np.ndarray) -> Factors:
-        """Factorise; falls back to pivoted LU if the matrix is not positive definite."""
-        self._A.V = self._matrix(data[self._upper])
+    def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Factorise and solve; by pivoted LU if the matrix is not positive definite."""
         try:
-            self._cholmod.numeric(self._A, self._F)
+            return self._solve(b)
         except ArithmeticError:
-            k = len(self.indptr) - 1
-            return pivoted(sp.csc_matrix((data, self.indices, self.indptr), shape=(k, k)))
-        return self
+            pass
+        n = len(b)
+        full, order = self._triangles[0].full(self._pieces[0]), self._triangles[0].order
+        if len(self._triangles) == 2:
+            full = self._joined()
+            order = np.arange(n)
+        y = np.empty_like(b)
+        y[order] = pivoted(full).solve(b[order].ravel()).reshape(-1, 3)
+        return y
 
-    def solve(self, b: np.ndarray) -> np.ndarray:
-        """Solve A y = b with the last factorisation."""
-        y = self._matrix(b)
-        self._cholmod.solve(self._F, y)
-        return np.array(y).ravel()
+    def _joined(self) -> sp.csc_matrix:
+        """The whole matrix of two halves, in the order of the vertices."""
+        n = int(self.layout.row.max()) + 1
+        sets = []
+        for triangle, piece in zip(self._triangles, self._pieces, strict=True):
+            matrix = triangle.full(piece).tocoo()
+            unknown = (3 * triangle.order[:, None] + np.arange(3)).ravel()
+            sets.append((unknown[matrix.row], unknown[matrix.col], matrix.data))
+        row, col, data = (np.concatenate(part) for part in zip(*sets, strict=True))
+        _, first = np.unique(row * (3 * n) + col, return_index=True)  # the separator's blocks are in both
+        return sp.csc_matrix((data[first], (row[first], col[first])), shape=(3 * n, 3 * n))
 
 
-SOLVERS: Mapping[str, Callable[[np.ndarray, np.ndarray, bool], Solver]] = {
+def _best_triangle(
+    graph: sp.csr_matrix, points: np.ndarray, part: np.ndarray, separator: np.ndarray
+) -> _Triangle:
+    """Some vertices and then a separator, in the better of two orders: minimum degree, nested dissection."""
+    if not cholmod.available():
+        return _Triangle(graph, part)  # cvxopt's wrapper orders by minimum degree itself
+    from cvxopt import amd, spmatrix
+
+    inner = graph[part][:, part].tocoo()
+    pattern = spmatrix(1.0, inner.row.astype(int).tolist(), inner.col.astype(int).tolist(), inner.shape)
+    degree = np.array(amd.order(pattern)).ravel()
+    best, least = part, np.inf
+    for order in (part[degree], ordering.nested_dissection(graph, points, part)):
+        whole = np.concatenate([order, separator])
+        triangle = _Triangle(graph, whole)
+        post, flops = cholmod.analysed(triangle.indptr, triangle.indices)
+        if flops < least:
+            best, least = whole[post[::3] // 3], flops
+    return _Triangle(graph, best)
+
+
+class _Direct:
+    """One domain."""
+
+    def __init__(self, triangle: _Triangle, data: np.ndarray):
+        self._domain = cholmod.Domain(triangle.indptr, triangle.indices, data)
+        self._order = triangle.order
+
+    def __call__(self, b: np.ndarray) -> np.ndarray:
+        self._domain.factorise()
+        y = np.empty_like(b)
+        y[self._order] = self._domain.solve(b[self._order].ravel()).reshape(-1, 3)
+        return y
+
+
+class _InHalves:
+    """Two domains and the separator that both end with."""
+
+    def __init__(self, triangles: list[_Triangle], pieces: list[np.ndarray], size: int):
+        domains = [
+            cholmod.Domain(t.indptr, t.indices, piece) for t, piece in zip(triangles, pieces, strict=True)
+        ]
+        self._orders = [triangle.order[:-size] for triangle in triangles]
+        self._separator = triangles[0].order[-size:]
+        first = triangles[0]
+        begin = len(first.indptr) - 1 - 3 * size
+        at = np.arange(first.indptr[begin], first.indptr[-1])
+        row = np.repeat(np.arange(3 * size), np.diff(first.indptr[begin:]))
+        corner = at, row, first.indices[at] - begin
+        parallel = (runtime.start().lang.impl.current_cfg().cpu_max_num_threads) > 1
+        self._halves = cholmod.Halves(domains, 3 * size, corner, parallel)
+
+    def __call__(self, b: np.ndarray) -> np.ndarray:
+        one, other = self._orders
+        right = b[one].ravel(), b[other].ravel()
+        parts = self._halves.factorise_and_solve(right, b[self._separator].ravel())
+        y = np.empty_like(b)
+        for order, part in zip((one, other, self._separator), parts, strict=True):
+            y[order] = part.reshape(-1, 3)
+        return y
+
+
+class _Wrapped:
+    """cvxopt's own way to CHOLMOD."""
+
+    def __init__(self, triangle: _Triangle, data: np.ndarray):
+        from cvxopt import cholmod as wrapper
+        from cvxopt import matrix, spmatrix
+
+        self._cholmod, self._matrix, self._data = wrapper, matrix, data
+        k = len(triangle.indptr) - 1
+        col = np.repeat(np.arange(k), np.diff(triangle.indptr))
+        self._lower = np.flatnonzero(triangle.indices >= col)
+        i, j = triangle.indices[self._lower].astype(int), col[self._lower].astype(int)
+        self._A = spmatrix(1.0, matrix(i), matrix(j), (k, k))
+        wrapper.options["supernodal"] = 2
+        self._F = wrapper.symbolic(self._A)
+        self._order = triangle.order
+
+    def __call__(self, b: np.ndarray) -> np.ndarray:
+        self._A.V = self._matrix(self._data[self._lower])
+        self._cholmod.numeric(self._A, self._F)
+        x = self._matrix(b[self._order].ravel())
+        self._cholmod.solve(self._F, x)
+        y = np.empty_like(b)
+        y[self._order] = np.array(x).reshape(-1, 3)
+        return y
+
+
+class ConjugateGradients:
+    """Conjugate gradients in Taichi, preconditioned by the diagonal blocks, starting from a guess.
+
+    It ends where |b - A y| <= tolerance |b|, and needs a positive definite matrix. No factors: memory grows like
+    the mesh. The number of iterations, some hundreds to thousands on stiff cloth, decides its time.
+    """
+
+    def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
+        from muslin.elements import conjugate_gradients as cg
+        from muslin.elements.launch import Launch
+
+        n = graph.shape[0]
+        order = ordering.nested_dissection(graph, points, np.arange(n))  # neighbours lie near each other
+        permuted = graph[order][:, order].tocsr()
+        permuted.sort_indices()
+        layout = _whole(permuted)
+        self.order, self.place, self.tolerance = order, np.argsort(order), tolerance
+        self.layout = Layout(order[layout.row], order[layout.col], layout.start, layout.stride, layout.size)
+        self.data = np.zeros(layout.size)
+        diagonal = np.flatnonzero(layout.row == layout.col).astype(np.int32)
+        ptr, col = pointers(layout.row, n), layout.col.astype(np.int32)
+        inverse = np.zeros((n, 3, 3))
+        self._b, self._y, self._r, self._p, w = (np.zeros((n, 3)) for _ in range(5))
+        part, self._sums = np.zeros((-(-n // cg.SPAN), 3)), np.zeros(5)
+        matrix = (ptr, col, layout.start, layout.stride, self.data, inverse)
+        self._invert = Launch(cg.invert_diagonal, self.data, layout.start, layout.stride, diagonal, inverse)
+        self._begin = Launch(cg.begin, *matrix, self._b, self._y, self._r, self._p, self._sums)
+        self._iterate = Launch(cg.iterate, *matrix, self._y, self._r, self._p, w, part, self._sums)
+        self.iterations = 0
+
+    def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Solve A y = b from a guess.
+
+        Raises
+        ------
+        SimulationError
+            If it does not converge: the matrix is not positive definite, or the tolerance below rounding.
+        """
+        self._b[...], self._y[...] = b[self.order], guess[self.order]
+        self._invert()
+        self._begin()
+        enough = self.tolerance**2 * self._sums[2]
+        self.iterations = 0
+        while not self._sums[1] <= enough:
+            if self.iterations >= 20 * len(b) + 1000 or not self._sums[0] > 0:
+                size = np.sqrt(self._sums[1] / max(self._sums[2], 1e-300))
+                raise SimulationError(
+                    f"Conjugate gradients stopped at a residual of {size:.1e} after {self.iterations} iterations.",
+                    "Reduce dt, raise tolerance, or take a direct solver.",
+                )
+            self._iterate()
+            self.iterations += 1
+        return self._y[self.place]
+
+
+SOLVERS: Mapping[str, Callable[[sp.csr_matrix, np.ndarray, bool, float], Solver]] = {
     "cholmod": Cholmod,
     "superlu": SuperLU,
+    "cg": ConjugateGradients,
 }
 
 
-def choose(name: str = "auto") -> str:
-    """Name of the solver to use: the fastest installed for "auto".
+def choose(name: str = "auto", vertices: int = 0) -> str:
+    """Name of the solver to use for a number of vertices: for "auto", conjugate gradients from `LARGE` on,
+    else the fastest direct solver installed.
 
     Raises
     ------
@@ -122,7 +348,7 @@ def choose(name: str = "auto") -> str:
     """
     fast = importlib.util.find_spec("cvxopt") is not None
     if name == "auto":
-        return "cholmod" if fast else "superlu"
+        return "cg" if vertices >= LARGE else "cholmod" if fast else "superlu"
     if name not in SOLVERS:
         raise MuslinError(f"There is no solver {name!r}.", f"There is: auto, {', '.join(SOLVERS)}.")
     if name == "cholmod" and not fast:
@@ -130,7 +356,7 @@ def choose(name: str = "auto") -> str:
     return name
 
 
-class FreeSystem:
+class System:
     """Systems in which some vertices are held: pinning by projection.
 
     With P the projection onto the free unknowns, (P A P^T) (P y) = P (b - A y_held): held rows and columns
@@ -138,14 +364,111 @@ class FreeSystem:
 
     Parameters
     ----------
+    row, col : int arrays
+        Blocks of the whole symmetric matrix, sorted by row and column, the diagonal included.
+    held : (n,) bool array
+        Which vertices are held.
+    solver : str
+        "auto" or a name in `SOLVERS`.
+    definite : bool
+        Whether the matrices will be positive definite.
+    points : (n, 3) array, optional
+        Coordinates of the vertices: a sheet is cut along them. Without, along distances in the graph.
+    tolerance : float
+        Of iterative solvers: |b - A y| <= tolerance |b|.
+
+    Attributes
+    ----------
+    layout : Layout
+        Where the blocks between free vertices go, in `data`.
+    coupling : Layout
+        Where those between a free and a held vertex go, in an array for `solve`.
+    """
+
+    def __init__(
+        self,
+        row: np.ndarray,
+        col: np.ndarray,
+        held: np.ndarray,
+        solver: str = "auto",
+        definite: bool = True,
+        points: np.ndarray | None = None,
+        tolerance: float = 1e-8,
+    ):
+        n = len(held)
+        self.held, self.free = held, np.flatnonzero(~held)
+        self._any_held = len(self.free) < n
+        number = np.cumsum(~held) - 1
+        kept = ~held[row] & ~held[col]
+        k = len(self.free)
+        indptr = pointers(number[row[kept]], k) if k else np.zeros(1, np.int32)
+        graph = sp.csr_matrix((np.ones(int(kept.sum()), np.int8), number[col[kept]], indptr), shape=(k, k))
+        self.name = choose(solver, k)
+        self.solver: Solver | None = None
+        self.layout = Layout(row[:0], col[:0], row[:0], row[:0], 0)
+        self.data = np.zeros(0)
+        if k:
+            where = ordering.pseudo_points(graph) if points is None else points[self.free]
+            self.solver = SOLVERS[self.name](graph, where, definite, tolerance)
+            inner, self.data = self.solver.layout, self.solver.data
+            self.layout = Layout(
+                self.free[inner.row], self.free[inner.col], inner.start, inner.stride, inner.size
+            )
+        outside = ~held[row] & held[col]
+        self.coupling = Layout.csr(row[outside], col[outside], n)
+
+    def solve(
+        self,
+        b: np.ndarray,
+        known: np.ndarray | None = None,
+        coupling: np.ndarray | None = None,
+        guess: np.ndarray | None = None,
+    ) -> np.ndarray:
+        """Solve A y = b for the matrix that is in `data` now.
+
+        Parameters
+        ----------
+        b : (n, 3) array
+            Right-hand side.
+        known : (n, 3) array, optional
+            Values of the held vertices (others are ignored); default zero.
+        coupling : array, optional
+            Data of `coupling`, where `known` is not zero.
+        guess : (n, 3) array, optional
+            Where iterative solvers start.
+
+        Returns
+        -------
+        (n, 3) array
+        """
+        y = np.zeros_like(b)
+        if known is not None:
+            y[self.held] = known[self.held]
+        if coupling is not None and self.coupling.size:
+            n = len(b)
+            indptr, indices = self.coupling.scalar(n)
+            outer = sp.csr_matrix((coupling, indices, indptr), shape=(3 * n, 3 * n), copy=False)
+            b = b - (outer @ y.ravel()).reshape(-1, 3)
+        if self.solver is not None:
+            guess = y if guess is None else guess
+            if self._any_held:
+                y[self.free] = self.solver.solve(b[self.free], guess[self.free])
+            else:
+                y = self.solver.solve(b, guess)
+        return y
+
+
+class FreeSystem:
+    """`System` for scalar matrices with three unknowns per vertex, given by their CSR pattern and data.
+
+    Parameters
+    ----------
     indptr, indices : int32 arrays
         CSR pattern of the whole symmetric matrix.
     held : (k,) bool array
-        Which unknowns are held.
-    solver : str
-        "auto", "cholmod" or "superlu".
-    definite : bool
-        Whether the matrices will be positive definite.
+        Which unknowns are held: those of whole vertices.
+    solver, definite
+        As for `System`.
     """
 
     def __init__(
@@ -156,16 +479,24 @@ class FreeSystem:
         solver: str = "auto",
         definite: bool = True,
     ):
-        self.indptr, self.indices, self.held = indptr, indices, held
-        self.free = np.flatnonzero(~held)
-        k = len(held)
-        number = np.cumsum(~held) - 1
-        rows = np.repeat(np.arange(k), np.diff(indptr))
-        self._kept = np.flatnonzero(~held[rows] & ~held[indices])
-        free_indices = number[indices[self._kept]].astype(np.int32)
-        counts = np.bincount(number[rows[self._kept]], minlength=len(self.free))
-        free_indptr = np.concatenate([[0], np.cumsum(counts)]).astype(np.int32)
-        self.solver = SOLVERS[choose(solver)](free_indptr, free_indices, definite) if len(self.free) else None
+        n = len(held) // 3
+        row = np.repeat(np.arange(3 * n), np.diff(indptr)).astype(np.int64)
+        keys = np.unique(np.concatenate([row // 3 * n + indices // 3, np.arange(n) * (n + 1)]))
+        self.system = System(*np.divmod(keys, n), np.all(held.reshape(-1, 3), axis=1), solver, definite)
+        self._keys, self._row, self._col = keys, row, indices
+
+    def _spread(self, layout: Layout, data: np.ndarray, out: np.ndarray) -> np.ndarray:
+        n = len(self.system.held)
+        out[:] = 0.0
+        dense = np.zeros((len(self._keys), 3, 3))
+        dense[
+            np.searchsorted(self._keys, self._row // 3 * n + self._col // 3), self._row % 3, self._col % 3
+        ] = data
+        blocks = dense[np.searchsorted(self._keys, layout.row.astype(np.int64) * n + layout.col)]
+        for a in range(3):
+            for b in range(3):
+                out[layout.start + a * layout.stride + b] = blocks[:, a, b]
+        return out
 
     def solve(self, data: np.ndarray, b: np.ndarray, known: np.ndarray) -> np.ndarray:
         """Solve A y = b for the free unknowns, the held ones being `known`.
@@ -181,13 +512,7 @@ class FreeSystem:
         -------
         (k,) array
         """
-        y = np.where(self.held, known, 0.0)
-        if self.solver is None:
-            return y
-        if y.any():
-            k = len(self.held)
-            b = b - sp.csr_matrix((data, self.indices, self.indptr), shape=(k, k), copy=False) @ y
-        if len(self._kept) != len(data):
-            data = data[self._kept]
-        y[self.free] = self.solver.factorise(data).solve(b[self.free])
-        return y
+        system = self.system
+        self._spread(system.layout, data, system.data)
+        coupling = self._spread(system.coupling, data, np.zeros(system.coupling.size))
+        return system.solve(b.reshape(-1, 3), known.reshape(-1, 3), coupling).ravel()

@@ -8,13 +8,17 @@ the other. It is the fast road, and stands in for functions that are not written
 import numpy as np
 import taichi as ti
 
-from muslin.elements.arrays import index3, mat3s, scalars, vec3s
-from muslin.elements.modes import block, clamp_stretch
+from muslin.elements import modes
+from muslin.elements.arrays import index3, integers, rows, scalars, vec3s
+from muslin.elements.launch import Launch
 from muslin.errors import MuslinError
 from muslin.given import tangents
 
 #: Stretches and areas below this count as collapsed: what divides by them stays finite.
 FLOOR = 1e-6
+
+#: Parts of the kernel, as bits.
+PARTS = {"energy": 1, "gradient": 2, "hessian": 4}
 
 #: What lam weighs: (s_0 + s_1 - 2)^2 / 2 and (s_0 s_1 - 1)^2 / 2.
 TERMS = {"linearised": (1.0, 0.0), "area": (0.0, 1.0), "volumetric": (0.0, 1.0)}
@@ -46,44 +50,49 @@ class NativeElement:
         h: float,
         energy: str,
     ):
-        self.triangles = triangles
-        self.weight = h * area
-        self.mu = mu
         if energy not in TERMS:
             raise MuslinError(
                 f"The native element does not have the energy {energy!r}.", "Run with functions."
             )
-        self.lam_trace, self.lam_area = (lam * share for share in TERMS[energy])
-        self.g0 = np.empty(
-            (3 * len(triangles), 3)
-        )  # gradient of each corner's phi in the plane; third entry unused
-        _rest(X, triangles, normal, self.g0)
+        m = len(triangles)
+        lam_trace, lam_area = (lam * share for share in TERMS[energy])
+        g0 = np.empty((3 * m, 3))  # gradient of each corner's phi in the plane; third entry unused
+        _rest(X, triangles, normal, g0)
+        self.x, self._energies, self.gradient_rows = X.copy(), np.zeros(m), np.zeros((3 * m, 3))
+        self.rows = np.zeros((m, modes.LENGTH))
+        self._orders = np.zeros(2, dtype=np.int32)
+        self._done, self._projected = 0, False
+        out = (self._energies, self.gradient_rows, self.rows)
+        terms = (float(mu), float(lam_trace), float(lam_area))
+        self._launch = Launch(_element, self._orders, self.x, triangles, g0, h * area, *terms, *out)
 
     def update(self, x: np.ndarray) -> None:
         """Take new positions (n, 3)."""
-        self.x = x
+        self.x[...] = x
+        self._done = 0
 
-    def _launch(self, kernel, *more) -> None:
-        terms = (self.mu, self.lam_trace, self.lam_area)
-        kernel(self.x, self.triangles, self.g0, self.weight, *terms, *more)
+    def compute(self, *parts: str, project: bool = True) -> None:
+        """Compute parts ("energy", "gradient", "hessian") here, in one go, unless they are known already."""
+        wanted = sum(PARTS[part] for part in parts)
+        if project is not self._projected:
+            self._done &= ~PARTS["hessian"]
+        missing = wanted & ~self._done
+        if missing:
+            self._orders[:] = missing, project
+            self._launch()
+            self._done |= missing
+            if missing & PARTS["hessian"]:
+                self._projected = project
 
     def energies(self) -> np.ndarray:
         """Potential energy of each triangle, (m,) [J]."""
-        out = np.empty(len(self.triangles))
-        self._launch(_energies, out)
-        return out
+        self.compute("energy", project=self._projected)
+        return self._energies
 
     def gradients(self) -> np.ndarray:
         """Gradient of each triangle's energy in its corners, (3 m, 3) [N]."""
-        out = np.empty((3 * len(self.triangles), 3))
-        self._launch(_gradients, out)
-        return out
-
-    def hessians(self, project: bool) -> np.ndarray:
-        """Hessian of each triangle's energy, (9 m, 3, 3) blocks, corner by corner [N/m]."""
-        out = np.empty((9 * len(self.triangles), 3, 3))
-        self._launch(_hessians, int(project), out)
-        return out
+        self.compute("gradient", project=self._projected)
+        return self.gradient_rows
 
 
 @ti.kernel
@@ -123,7 +132,8 @@ def polar(x0, x1, x2, g1, g2):
 
 
 @ti.kernel
-def _energies(
+def _element(
+    orders: integers,
     x: vec3s,
     triangles: index3,
     g: vec3s,
@@ -131,96 +141,63 @@ def _energies(
     mu: ti.f64,
     lam_trace: ti.f64,
     lam_area: ti.f64,
-    out: scalars,
+    energy: scalars,
+    gradient: vec3s,
+    row: rows,
 ):
     for e in range(triangles.shape[0]):
         t = triangles[e]
-        _r0, _r1, _n, S, trace, area = polar(x[t[0]], x[t[1]], x[t[2]], g[3 * e + 1], g[3 * e + 2])
-        off_rest = (S[0] - 1) ** 2 + (S[1] - 1) ** 2 + 2 * S[2] ** 2  # |S - I|^2
-        out[e] = weight[e] * (
-            mu * off_rest + lam_trace / 2 * (trace - 2) ** 2 + lam_area / 2 * (area - 1) ** 2
-        )
-
-
-@ti.kernel
-def _gradients(
-    x: vec3s,
-    triangles: index3,
-    g: vec3s,
-    weight: scalars,
-    mu: ti.f64,
-    lam_trace: ti.f64,
-    lam_area: ti.f64,
-    out: vec3s,
-):
-    for e in range(triangles.shape[0]):
-        t = triangles[e]
-        r0, r1, _n, S, trace, area = polar(x[t[0]], x[t[1]], x[t[2]], g[3 * e + 1], g[3 * e + 2])
-        # P = R T with T = 2 mu (S - I) + lam (tr S - 2) I, or + lam (J - 1) adj(S) for the area energy
+        g0, g1, g2 = g[3 * e], g[3 * e + 1], g[3 * e + 2]
+        r0, r1, n, S, trace, area = polar(x[t[0]], x[t[1]], x[t[2]], g1, g2)
         tension, pressure = lam_trace * (trace - 2), lam_area * (area - 1)
-        T00 = 2 * mu * (S[0] - 1) + tension + pressure * S[1]
-        T11 = 2 * mu * (S[1] - 1) + tension + pressure * S[0]
-        T01 = (2 * mu - pressure) * S[2]
-        p0, p1 = T00 * r0 + T01 * r1, T01 * r0 + T11 * r1
-        for i in range(3):
-            gi = g[3 * e + i]
-            out[3 * e + i] = weight[e] * (gi[0] * p0 + gi[1] * p1)
-
-
-@ti.kernel
-def _hessians(
-    x: vec3s,
-    triangles: index3,
-    g: vec3s,
-    weight: scalars,
-    mu: ti.f64,
-    lam_trace: ti.f64,
-    lam_area: ti.f64,
-    project: ti.i32,
-    out: mat3s,
-):
-    for e in range(triangles.shape[0]):
-        t = triangles[e]
-        r0, r1, n, S, trace, area = polar(x[t[0]], x[t[1]], x[t[2]], g[3 * e + 1], g[3 * e + 2])
-        half = (S[0] - S[1]) / 2
-        radius = ti.sqrt(half * half + S[2] * S[2])
-        s0 = trace / 2 + radius
-        s1 = area / ti.max(s0, FLOOR)
-        c, d = 1.0, 0.0  # v_0 = (c, d), an eigenvector of S
-        if radius > 0:
-            if half >= 0:
-                c, d = radius + half, S[2]
-            else:
-                c, d = ti.abs(S[2]), radius - half
-                if S[2] < 0:
-                    d = -d
-            length = ti.sqrt(c * c + d * d)
-            c, d = c / length, d / length
-        U = ti.Matrix.cols([c * r0 + d * r1, c * r1 - d * r0, n])
-        # modes of 2 mu (F - R) + lam_trace (tr S - 2) R + lam_area (J - 1) dJ/dF, simplified by hand
-        tension, pressure = lam_trace * (trace - 2) - 2 * mu, lam_area * (area - 1)
-        stretch0 = 2 * mu + lam_trace + lam_area * s1 * s1
-        stretch1 = 2 * mu + lam_trace + lam_area * s0 * s0
-        coupling = lam_trace + lam_area * (2 * area - 1)
-        flip = 2 * mu - pressure
-        twist = 2 * mu + 2 * tension / ti.max(trace, FLOOR) + pressure
-        d0, d1 = ti.max(s0, FLOOR), ti.max(s1, FLOOR)
-        out0 = 2 * mu + tension / d0 + pressure * s1 / d0
-        out1 = 2 * mu + tension / d1 + pressure * s0 / d1
-        if project == 1:
-            stretch0, stretch1, coupling = clamp_stretch(stretch0, stretch1, coupling)
-            flip, twist = ti.max(flip, 0.0), ti.max(twist, 0.0)
-            out0, out1 = ti.max(out0, 0.0), ti.max(out1, 0.0)
-        stretch, outs = ti.Vector([stretch0, stretch1, coupling]), ti.Vector([out0, out1])
-        for i in range(3):
-            gi = ti.Vector(
-                [c * g[3 * e + i][0] + d * g[3 * e + i][1], c * g[3 * e + i][1] - d * g[3 * e + i][0]]
+        if orders[0] & 1:
+            off_rest = (S[0] - 1) ** 2 + (S[1] - 1) ** 2 + 2 * S[2] ** 2  # |S - I|^2
+            energy[e] = weight[e] * (
+                mu * off_rest + lam_trace / 2 * (trace - 2) ** 2 + lam_area / 2 * (area - 1) ** 2
             )
-            for j in range(i, 3):
-                gj = ti.Vector(
-                    [c * g[3 * e + j][0] + d * g[3 * e + j][1], c * g[3 * e + j][1] - d * g[3 * e + j][0]]
-                )
-                B = weight[e] * block(U, gi, gj, stretch, flip, twist, outs)
-                out[9 * e + 3 * i + j] = B
-                if j > i:
-                    out[9 * e + 3 * j + i] = B.transpose()
+        if orders[0] & 2:
+            # P = R T with T = 2 mu (S - I) + lam (tr S - 2) I, or + lam (J - 1) adj(S) for the area energy
+            T00 = 2 * mu * (S[0] - 1) + tension + pressure * S[1]
+            T11 = 2 * mu * (S[1] - 1) + tension + pressure * S[0]
+            T01 = (2 * mu - pressure) * S[2]
+            p0, p1 = weight[e] * (T00 * r0 + T01 * r1), weight[e] * (T01 * r0 + T11 * r1)
+            gradient[3 * e] = g0[0] * p0 + g0[1] * p1
+            gradient[3 * e + 1] = g1[0] * p0 + g1[1] * p1
+            gradient[3 * e + 2] = g2[0] * p0 + g2[1] * p1
+        if orders[0] & 4:
+            half = (S[0] - S[1]) / 2
+            radius = ti.sqrt(half * half + S[2] * S[2])
+            s0 = trace / 2 + radius
+            s1 = area / ti.max(s0, FLOOR)
+            c, d = 1.0, 0.0  # v_0 = (c, d), an eigenvector of S
+            if radius > 0:
+                if half >= 0:
+                    c, d = radius + half, S[2]
+                else:
+                    c, d = ti.abs(S[2]), radius - half
+                    if S[2] < 0:
+                        d = -d
+                length = ti.sqrt(c * c + d * d)
+                c, d = c / length, d / length
+            U = ti.Matrix.cols([c * r0 + d * r1, c * r1 - d * r0, n])
+            # modes of 2 mu (F - R) + lam_trace (tr S - 2) R + lam_area (J - 1) dJ/dF, simplified by hand
+            pull = tension - 2 * mu
+            stretch0 = 2 * mu + lam_trace + lam_area * s1 * s1
+            stretch1 = 2 * mu + lam_trace + lam_area * s0 * s0
+            coupling = lam_trace + lam_area * (2 * area - 1)
+            d0, d1 = ti.max(s0, FLOOR), ti.max(s1, FLOOR)
+            modes.store(
+                row,
+                e,
+                U,
+                ti.Vector([c * g0[0] + d * g0[1], c * g0[1] - d * g0[0]]),
+                ti.Vector([c * g1[0] + d * g1[1], c * g1[1] - d * g1[0]]),
+                ti.Vector([c * g2[0] + d * g2[1], c * g2[1] - d * g2[0]]),
+                ti.Vector([stretch0, stretch1, coupling]),
+                2 * mu - pressure,
+                2 * mu + 2 * pull / ti.max(trace, FLOOR) + pressure,
+                2 * mu + pull / d0 + pressure * s1 / d0,
+                2 * mu + pull / d1 + pressure * s0 / d1,
+                weight[e],
+                orders[1],
+            )

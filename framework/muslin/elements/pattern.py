@@ -5,11 +5,52 @@ Every entry *gathers* its contributions in a fixed order: no atomics, and the sa
 threads.
 """
 
+from dataclasses import dataclass
+
 import numpy as np
 import scipy.sparse as sp
 import taichi as ti
 
-from muslin.elements.arrays import integers, mat3s, scalars, vec3s
+from muslin.elements import modes
+from muslin.elements.arrays import integers, mat3s, rows, scalars, vec3s
+from muslin.elements.launch import Launch
+
+
+@dataclass
+class Layout:
+    """Where 3x3 blocks of a matrix are stored: entry (a, b) of block k at `start[k] + a * stride[k] + b`.
+
+    row, col : (k,) int arrays
+        Vertices of each block.
+    start, stride : (k,) int32 arrays
+    size : int
+        Length of the data array.
+    """
+
+    row: np.ndarray
+    col: np.ndarray
+    start: np.ndarray
+    stride: np.ndarray
+    size: int
+
+    @classmethod
+    def csr(cls, row: np.ndarray, col: np.ndarray, n: int) -> "Layout":
+        """Blocks, sorted by row and column, in the order of a scalar CSR matrix with 3 n rows."""
+        ptr = pointers(row, n).astype(np.int64)
+        degree = np.diff(ptr)[row]
+        slot = np.arange(len(row)) - ptr[row]
+        start, stride = 9 * ptr[row] + 3 * slot, 3 * degree
+        return cls(row, col, start.astype(np.int32), stride.astype(np.int32), 9 * len(row))
+
+    def scalar(self, n: int) -> tuple[np.ndarray, np.ndarray]:
+        """`indptr` and `indices` of the scalar CSR matrix with 3 n rows, where the layout came from `csr`."""
+        degree = np.bincount(self.row, minlength=n)
+        indptr = np.concatenate([[0], np.cumsum(np.repeat(3 * degree, 3))]).astype(np.int32)
+        indices = np.empty(self.size, dtype=np.int32)
+        for a in range(3):
+            for b in range(3):
+                indices[self.start + a * self.stride + b] = 3 * self.col + b
+        return indptr, indices
 
 
 class Pattern:
@@ -23,6 +64,8 @@ class Pattern:
 
     Attributes
     ----------
+    layout : Layout
+        Every pair of vertices that share a triangle.
     indptr, indices : int32 arrays
         Scalar CSR structure of a (3n, 3n) matrix, indices sorted.
     """
@@ -31,32 +74,20 @@ class Pattern:
         m = len(triangles)
         self.n = n
         # vertex i gathers rows 3 e + corner
-        order = np.argsort(triangles.ravel(), kind="stable")
-        self.vertex_rows = order.astype(np.int32)
-        self.vertex_ptr = _pointers(triangles.ravel(), n)
+        self.vertex_rows = np.argsort(triangles.ravel(), kind="stable").astype(np.int32)
+        self.vertex_ptr = pointers(triangles.ravel(), n)
         # block (i, j) gathers rows 9 e + 3 corner_i + corner_j
         i = np.repeat(triangles, 3, axis=1).ravel().astype(np.int64)
         j = np.tile(triangles, 3).reshape(m, 9).ravel().astype(np.int64)
-        keys, inverse = np.unique(i * n + j, return_inverse=True)
+        self._keys, inverse = np.unique(i * n + j, return_inverse=True)
         self.block_rows = np.argsort(inverse, kind="stable").astype(np.int32)
-        self.block_ptr = _pointers(inverse, len(keys))
-        row, col = keys // n, keys % n
-        row_ptr = _pointers(row, n).astype(np.int64)
-        degree = np.diff(row_ptr)
-        slot = np.arange(len(keys)) - row_ptr[row]
-        self.start = (9 * row_ptr[row] + 3 * slot).astype(np.int32)
-        self.stride = (3 * degree[row]).astype(np.int32)
-        self.nnz = 9 * len(keys)
-        self.indptr = np.concatenate([[0], np.cumsum(np.repeat(3 * degree, 3))]).astype(np.int32)
-        self.indices = np.empty(self.nnz, dtype=np.int32)
-        for a in range(3):
-            for b in range(3):
-                self.indices[self.start + a * self.stride + b] = 3 * col + b
-        diagonal = np.flatnonzero(row == col)
+        self.block_ptr = pointers(inverse, len(self._keys))
+        self.layout = Layout.csr(*np.divmod(self._keys, n), n)
+        self.nnz = self.layout.size
+        self.indptr, self.indices = self.layout.scalar(n)
+        diagonal = self.layout.row == self.layout.col
         #: position in `data` of entry (3 i + a, 3 i + a), shape (n, 3)
-        self.diagonal = np.stack(
-            [self.start[diagonal] + a * (self.stride[diagonal] + 1) for a in range(3)], axis=1
-        )
+        self.diagonal = _diagonal(self.layout, diagonal)
 
     def vector(self, rows: np.ndarray) -> np.ndarray:
         """Sum rows (3 m, 3), one per triangle corner, into (n, 3)."""
@@ -64,11 +95,13 @@ class Pattern:
         _gather_vector(rows, self.vertex_ptr, self.vertex_rows, out)
         return out
 
-    def data(self, blocks: np.ndarray) -> np.ndarray:
-        """Sum blocks (9 m, 3, 3), corner by corner of each triangle, into the CSR data array (nnz,)."""
-        out = np.empty(self.nnz)
-        _gather_blocks(blocks, self.block_ptr, self.block_rows, self.start, self.stride, out)
-        return out
+    def blocks(self, factor: np.ndarray) -> np.ndarray:
+        """Sum numbers (9 m,), one per pair of a triangle's corners, into one for each block."""
+        return np.add.reduceat(factor[self.block_rows], self.block_ptr[:-1])
+
+    def find(self, row: np.ndarray, col: np.ndarray) -> np.ndarray:
+        """Number of the block of each pair of vertices."""
+        return np.searchsorted(self._keys, row.astype(np.int64) * self.n + col)
 
     def matrix(self, data: np.ndarray) -> sp.csr_matrix:
         """Scipy matrix (3n, 3n) around a data array, without a copy."""
@@ -77,8 +110,62 @@ class Pattern:
         return matrix
 
 
-def _pointers(labels: np.ndarray, count: int) -> np.ndarray:
-    """CSR row pointers of sorted integer labels 0..count-1."""
+class Assembly:
+    """Sums mass and element Hessians into a data array: data = mass + scale * Hessian.
+
+    Parameters
+    ----------
+    pattern : Pattern
+    layout : Layout
+        Which blocks, and where they go.
+    mass : (blocks of the pattern,) array
+        Factor of the identity in each block [kg].
+    rows : (m, modes.LENGTH) or (9 m, 3, 3) array
+        Element Hessians, as modes or as blocks; read anew in every call.
+    data : (layout.size,) array, optional
+        Where to write.
+    """
+
+    def __init__(
+        self,
+        pattern: Pattern,
+        layout: Layout,
+        mass: np.ndarray,
+        rows: np.ndarray,
+        data: np.ndarray | None = None,
+    ):
+        k = pattern.find(layout.row, layout.col)
+        count = np.diff(pattern.block_ptr)[k]
+        ptr = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
+        position = np.arange(ptr[-1]) + np.repeat(pattern.block_ptr[k] - ptr[:-1], count)
+        self.data = np.empty(layout.size) if data is None else data
+        self._layout = layout
+        self._scale = np.ones(1)
+        kernel = _assemble_modes if rows.ndim == 2 else _assemble_blocks
+        where = (layout.start, layout.stride, np.ascontiguousarray(mass[k]))
+        contributions = (ptr, np.ascontiguousarray(pattern.block_rows[position]))
+        self._launch = Launch(kernel, rows, *contributions, *where, self._scale, self.data)
+
+    def __call__(self, scale: float) -> np.ndarray:
+        """Write the data array, and return it: the next call writes over it."""
+        self._scale[0] = scale
+        self._launch()
+        return self.data
+
+    def add_to_diagonal(self, vertex: int, number: float) -> None:
+        """Add a multiple of the identity to a vertex's own block, wherever it is."""
+        layout = self._layout
+        self.data[_diagonal(layout, (layout.row == vertex) & (layout.col == vertex))] += number
+
+
+def _diagonal(layout: Layout, blocks: np.ndarray) -> np.ndarray:
+    """Positions of the three diagonal entries of each chosen block, (k, 3)."""
+    start, stride = layout.start[blocks], layout.stride[blocks]
+    return np.stack([start + a * (stride + 1) for a in range(3)], axis=1)
+
+
+def pointers(labels: np.ndarray, count: int) -> np.ndarray:
+    """CSR row pointers of integer labels 0..count-1."""
     return np.concatenate([[0], np.cumsum(np.bincount(labels, minlength=count))]).astype(np.int32)
 
 
@@ -91,13 +178,93 @@ def _gather_vector(rows: vec3s, ptr: integers, index: integers, out: vec3s):
         out[i] = total
 
 
+@ti.func
+def _write(data: ti.template(), start, stride, B):
+    for a, b in ti.static(ti.ndrange(3, 3)):
+        data[start + a * stride + b] = B[a, b]
+
+
 @ti.kernel
-def _gather_blocks(
-    blocks: mat3s, ptr: integers, index: integers, start: integers, stride: integers, out: scalars
+def _assemble_modes(
+    row: rows,
+    ptr: integers,
+    index: integers,
+    start: integers,
+    stride: integers,
+    mass: scalars,
+    scale: scalars,
+    data: scalars,
+):
+    for k in range(start.shape[0]):
+        total = ti.Matrix.zero(float, 3, 3)
+        for c in range(ptr[k], ptr[k + 1]):
+            e, pair = index[c] // 9, index[c] % 9
+            total += modes.load(row, e, pair // 3, pair % 3)
+        _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
+
+
+@ti.kernel
+def _assemble_blocks(
+    blocks: mat3s,
+    ptr: integers,
+    index: integers,
+    start: integers,
+    stride: integers,
+    mass: scalars,
+    scale: scalars,
+    data: scalars,
 ):
     for k in range(start.shape[0]):
         total = ti.Matrix.zero(float, 3, 3)
         for c in range(ptr[k], ptr[k + 1]):
             total += blocks[index[c]]
-        for a, b in ti.static(ti.ndrange(3, 3)):
-            out[start[k] + a * stride[k] + b] = total[a, b]
+        _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
+
+
+class Impulse:
+    """Right-hand side of a step: M v + dt (external force - gradient), vertex by vertex.
+
+    Parameters
+    ----------
+    pattern : Pattern
+    mass : (blocks of the pattern,) array
+        As for `Assembly`.
+    rows : (3 m, 3) array
+        Gradient of each triangle's energy in its corners; read anew in every call.
+    """
+
+    def __init__(self, pattern: Pattern, mass: np.ndarray, rows: np.ndarray):
+        n = pattern.n
+        self.v, self.force, self.out = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
+        self._dt = np.zeros(1)
+        neighbours = (pointers(pattern.layout.row, n), pattern.layout.col.astype(np.int32), mass)
+        gather = (rows, pattern.vertex_ptr, pattern.vertex_rows)
+        self._launch = Launch(_impulse, *gather, *neighbours, self.v, self.force, self._dt, self.out)
+
+    def __call__(self, v: np.ndarray, force: np.ndarray, dt: float) -> np.ndarray:
+        """(n, 3) [kg m/s]; the next call writes over it."""
+        self.v[...], self.force[...], self._dt[0] = v, force, dt
+        self._launch()
+        return self.out
+
+
+@ti.kernel
+def _impulse(
+    rows: vec3s,
+    ptr: integers,
+    index: integers,
+    block_ptr: integers,
+    neighbour: integers,
+    mass: scalars,
+    v: vec3s,
+    force: vec3s,
+    dt: scalars,
+    out: vec3s,
+):
+    for i in range(out.shape[0]):
+        momentum, pull = ti.Vector([0.0, 0.0, 0.0]), force[i]
+        for k in range(block_ptr[i], block_ptr[i + 1]):
+            momentum += mass[k] * v[neighbour[k]]
+        for k in range(ptr[i], ptr[i + 1]):
+            pull -= rows[index[k]]
+        out[i] = momentum + dt[0] * pull

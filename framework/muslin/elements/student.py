@@ -1,10 +1,11 @@
 """The lecture's element: the student's functions on the 3x3 deformation gradient, F N = n.
 
-Each student function runs in a small kernel of its own, so an edit recompiles that kernel only; the singular
-value decomposition, its derivative, the chain rule and the sums are the framework's and stay compiled.
+One kernel calls all the functions a part of the cloth needs, triangle by triangle. Where something goes wrong
+in it, each function is called once more in a kernel of its own, which names the function, the line or the
+triangle. The lecture's road to the Hessian goes by those single kernels too.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,11 +14,13 @@ import taichi as ti
 
 from muslin import given
 from muslin.batch import evaluate, kept, run
-from muslin.elements.arrays import index3, mat3s, scalars, vec3s, vec4s
-from muslin.elements.modes import block, clamp_stretch
+from muslin.elements import modes
+from muslin.elements.arrays import index3, integers, mat3s, rows, scalars, vec3s, vec4s
+from muslin.elements.launch import Launch
 from muslin.errors import SimulationError
 from muslin.material import ENERGIES, FLIPS
-from muslin.tasks import Functions, usable
+from muslin.stand_ins import NEEDS
+from muslin.tasks import Functions, failure_of, usable
 
 #: Gap of stretches below which the framework's own energies use their simplified flip.
 NEARLY_EQUAL = 1e-3
@@ -30,6 +33,8 @@ class StudentElement:
     ----------
     functions : Functions
         What `muslin.load` returned.
+    parts : some of "energy", "gradient", "hessian"
+        What this element will be asked for: no other function is called.
     X, triangles, area, normal, mu, lam, h, energy
         As for `NativeElement`.
     hessian : {"closed", "lecture"}
@@ -39,6 +44,7 @@ class StudentElement:
     def __init__(
         self,
         functions: Functions,
+        parts: Sequence[str],
         X: np.ndarray,
         triangles: np.ndarray,
         area: np.ndarray,
@@ -49,10 +55,10 @@ class StudentElement:
         energy: str,
         hessian: str,
     ):
+        m = len(triangles)
         self.X, self.triangles, self.area, self.normal = X, triangles, area, normal
         self.mu, self.lam, self.h = mu, lam, h
         self.road = hessian
-        self.functions = functions
         f = SimpleNamespace(**{function.task.name: function for function in functions})  # type: ignore[attr-defined]
         self.flip = FLIPS.get(energy)
         if ENERGIES[energy] is not None:
@@ -60,8 +66,100 @@ class StudentElement:
         self.f = f
         corners = {f"X{k}": X[triangles[:, k]] for k in range(3)}
         self.dphi = evaluate(f.dphi_dX, **corners)
+        self.x, self._energies, self.gradient_rows = X.copy(), np.zeros(m), np.zeros((3 * m, 3))
+        self.rows = np.zeros((m, modes.LENGTH) if hessian == "closed" else (9 * m, 3, 3))
+        #: what to compute, whether to project, and what the kernel answers: 1 if a result is not finite
+        self._orders = np.zeros(3, dtype=np.int32)
+        self._done, self._projected = 0, False
+        self._state: dict[str, np.ndarray] = {}
+        self._able = sum(PARTS[part] for part in parts if self._can(part))
+        self._launch: Launch | None = None
 
-    def _launch(self, name: str, *arguments: Any) -> None:
+    def _can(self, part: str) -> bool:
+        """Whether the fused kernel can compute a part: all functions it needs may be called."""
+        if part == "hessian" and self.road == "lecture":
+            return False
+        return all(failure_of(getattr(self.f, name)) is None for name in NEEDS[part])
+
+    def update(self, x: np.ndarray) -> None:
+        """Take new positions (n, 3)."""
+        self.x[...] = x
+        self._done = 0
+        self._state.clear()
+
+    def compute(self, *parts: str, project: bool = True) -> None:
+        """Compute parts ("energy", "gradient", "hessian") here, in one go, unless they are known already.
+
+        Raises
+        ------
+        SimulationError
+            If a triangle has collapsed, or a function returns what is not a finite number.
+        StudentCodeError, NotImplementedYet
+            If a function cannot be compiled or is still the stub.
+        """
+        wanted = sum(PARTS[part] for part in parts)
+        if project is not self._projected:
+            self._done &= ~PARTS["hessian"]
+        missing = wanted & ~self._done
+        if self.road == "lecture" and missing & PARTS["hessian"]:
+            self._lecture(project)
+            missing &= ~PARTS["hessian"]
+        if missing:
+            self._run_fused(missing, project)
+        self._done |= wanted
+        if wanted & PARTS["hessian"]:
+            self._projected = project
+
+    def _run_fused(self, parts: int, project: bool) -> None:
+        if parts & ~self._able:
+            self._explain(parts)
+            self._able, self._launch = parts, None
+        self._orders[:] = parts, project, 0
+        try:
+            if self._launch is None:
+                self._launch = self._fused()
+            self._launch()
+        except Exception:
+            self._explain(parts)  # says better what is wrong, and where
+            if self._able == parts:
+                raise
+            self._able, self._launch = parts, None  # what is wrong belongs to another part
+            return self._run_fused(parts, project)
+        if self._orders[2]:
+            self._explain(parts)
+
+    def energies(self) -> np.ndarray:
+        """Potential energy of each triangle, (m,) [J]."""
+        self.compute("energy", project=self._projected)
+        return self._energies
+
+    def gradients(self) -> np.ndarray:
+        """Gradient of each triangle's energy in its corners, (3 m, 3) [N]."""
+        self.compute("gradient", project=self._projected)
+        return self.gradient_rows
+
+    def _fused(self) -> Launch:
+        f, parts = self.f, self._able
+        names = (
+            "deformation_gradient",
+            "psi",
+            "dpsi_ds",
+            "dpsi_dF",
+            "nodal_force",
+            "d2psi_ds2",
+            "eigensystem",
+        )
+        functions = tuple(getattr(f, name) for name in names)
+        key = ("fused", parts, self.flip, functions)
+        kernel = kept(f.deformation_gradient, key, lambda: _fused(*functions, self.flip, parts))
+        rest = (self.dphi, self.normal, self.area, self.mu, self.lam, self.h)
+        modes_here = self.rows if self.road == "closed" else np.zeros((0, modes.LENGTH))
+        out = (self._energies, self.gradient_rows, modes_here)
+        return Launch(kernel, self._orders, self.x, self.triangles, *rest, *out)
+
+    # One function at a time -----------------------------------------------------------------------------------
+
+    def _single(self, name: str, *arguments: Any) -> None:
         """Run the kernel around student function `name`, made on first use, and look at what it returned."""
         function = usable(getattr(self.f, name))
         run(kept(function, name, lambda: KERNELS[name](function)), function, *arguments)
@@ -69,8 +167,9 @@ class StudentElement:
         if not np.isfinite(result).all():
             self._complain(name, result)
 
-    def _require_triangles(self, x: np.ndarray) -> None:
+    def _require_triangles(self) -> None:
         """Refuse positions no deformation gradient exists for, before a student's function is blamed for it."""
+        x = self.x
         if not np.isfinite(x).all():
             raise SimulationError("A position is not a number.", "Reduce dt, or check force and Hessian.")
         a, b, c = (x[self.triangles[:, k]] for k in range(3))
@@ -91,72 +190,166 @@ class StudentElement:
             f"Look for a division by zero or a square root of something negative. Try: muslin check {name}",
         )
 
-    def update(self, x: np.ndarray) -> None:
-        """Take new positions (n, 3): deformation gradients and their singular value decompositions."""
+    def _decomposed(self) -> SimpleNamespace:
+        """F, U, s, V and dpsi_ds of every triangle here."""
+        if not self._state:
+            m = len(self.triangles)
+            self._require_triangles()
+            F, U, V, s, p = *(np.empty((m, 3, 3)) for _ in range(3)), np.empty((m, 3)), np.empty((m, 3))
+            self._single("deformation_gradient", self.x, self.triangles, self.dphi, self.normal, F)
+            _svd(F, self.normal, U, s, V)
+            self._state = {"F": F, "U": U, "V": V, "s": s, "p": p}
+        return SimpleNamespace(**self._state)
+
+    def _explain(self, parts: int) -> None:
+        """Call the functions behind these parts one by one, until one fails: its name is in the exception."""
+        self._state.clear()
+        at = self._decomposed()
         m = len(self.triangles)
-        self.x = x
-        self._require_triangles(x)
-        self.F, self.U, self.V, self.s = (
-            np.empty((m, 3, 3)),
-            np.empty((m, 3, 3)),
-            np.empty((m, 3, 3)),
-            np.empty((m, 3)),
-        )
-        self._launch("deformation_gradient", x, self.triangles, self.dphi, self.normal, self.F)
-        _svd(self.F, self.normal, self.U, self.s, self.V)
-        self._stress: np.ndarray | None = None
+        if parts & PARTS["energy"]:
+            self._single("psi", at.s, self.mu, self.lam, np.empty(m))
+        if parts & (PARTS["gradient"] | PARTS["hessian"]):
+            self._single("dpsi_ds", at.s, self.mu, self.lam, at.p)
+        if parts & PARTS["gradient"]:
+            P = np.empty((m, 3, 3))
+            self._single("dpsi_dF", at.U, at.p, at.V, P)
+            self._single("nodal_force", P, self.dphi, self.area, self.h, np.empty((3 * m, 3)))
+        if parts & PARTS["hessian"]:
+            H = np.empty((m, 3, 3))
+            self._single("d2psi_ds2", at.s, self.mu, self.lam, H)
+            self._single("eigensystem", at.s, at.p, H, np.empty((m, 4)))
 
-    def _dpsi_ds(self) -> np.ndarray:
-        """Gradient of psi in the stretches here, (m, 3) [Pa]: gradient and Hessian both need it."""
-        if self._stress is None:
-            self._stress = np.empty_like(self.s)
-            self._launch("dpsi_ds", self.s, self.mu, self.lam, self._stress)
-        return self._stress
+    # The lecture's road -----------------------------------------------------------------------------------------
 
-    def energies(self) -> np.ndarray:
-        """Potential energy of each triangle, (m,) [J]."""
-        out = np.empty(len(self.s))
-        self._launch("psi", self.s, self.mu, self.lam, out)
-        return self.h * self.area * out
-
-    def gradients(self) -> np.ndarray:
-        """Gradient of each triangle's energy in its corners, (3 m, 3) [N]."""
-        P, out = np.empty_like(self.F), np.empty((3 * len(self.s), 3))
-        self._launch("dpsi_dF", self.U, self._dpsi_ds(), self.V, P)
-        self._launch("nodal_force", P, self.dphi, self.area, self.h, out)
-        np.negative(out, out=out)
-        return out
-
-    def hessians(self, project: bool) -> np.ndarray:
-        """Hessian of each triangle's energy, (9 m, 3, 3) blocks, corner by corner [N/m]."""
-        return self._lecture(project) if self.road == "lecture" else self._closed(project)
-
-    def _closed(self, project: bool) -> np.ndarray:
-        m = len(self.s)
-        H, modes, out = np.empty_like(self.F), np.empty((m, 4)), np.empty((9 * m, 3, 3))
-        self._launch("d2psi_ds2", self.s, self.mu, self.lam, H)
-        self._launch("eigensystem", self.s, self._dpsi_ds(), H, modes)
-        if self.flip is not None:
-            # Where stretches nearly meet, neither quotient nor limit keeps more than ten digits of an energy that
-            # is not quadratic. The framework's own energies know what the quotient simplifies to.
-            close = self.s[:, 0] - self.s[:, 1] < NEARLY_EQUAL
-            modes[close, 0] = self.flip(self.s[close], self.mu, self.lam)
-        _closed_blocks(self.U, self.V, H, modes, self.dphi, self.area, self.h, int(project), out)
-        return out
-
-    def _lecture(self, project: bool) -> np.ndarray:
-        m = len(self.s)
-        s, p, H = np.empty_like(self.s), np.empty_like(self.s), np.empty_like(self.F)
-        columns, dn, out = np.empty((9 * m, 3, 3)), np.empty((3 * m, 3, 3)), np.empty((9 * m, 3, 3))
-        _split(self.s, s)  # U, V and these stretches belong to one nearby matrix; forces use the true ones
-        self._launch("dpsi_ds", s, self.mu, self.lam, p)
-        self._launch("d2psi_ds2", s, self.mu, self.lam, H)
-        self._launch("d2psi_dFij", self.U, s, self.V, p, H, columns)
-        self._launch("dn_dx", self.x, self.triangles, dn)
+    def _lecture(self, project: bool) -> None:
+        """Hessian of each triangle's energy on the lecture's road: `rows`, corner by corner [N/m]."""
+        at = self._decomposed()
+        m = len(self.triangles)
+        s, p, H = np.empty_like(at.s), np.empty_like(at.s), np.empty_like(at.F)
+        columns, dn, out = np.empty((9 * m, 3, 3)), np.empty((3 * m, 3, 3)), self.rows
+        _split(at.s, s)  # U, V and these stretches belong to one nearby matrix; forces use the true ones
+        self._single("dpsi_ds", s, self.mu, self.lam, p)
+        self._single("d2psi_ds2", s, self.mu, self.lam, H)
+        self._single("d2psi_dFij", at.U, s, at.V, p, H, columns)
+        self._single("dn_dx", self.x, self.triangles, dn)
         _chain_rule(columns, dn, self.dphi, self.normal, self.area, self.h, out)
         if project:
-            _clamp_known_modes(self.X, self.triangles, self.U, self.V, self.dphi, self.area, self.h, out)
-        return out
+            _clamp_known_modes(self.X, self.triangles, at.U, at.V, self.dphi, self.area, self.h, out)
+
+
+#: Parts of the fused kernel, as bits.
+PARTS = {"energy": 1, "gradient": 2, "hessian": 4}
+
+
+def _fused(
+    deformation_gradient: Callable[..., Any],
+    psi: Callable[..., Any],
+    dpsi_ds: Callable[..., Any],
+    dpsi_dF: Callable[..., Any],
+    nodal_force: Callable[..., Any],
+    d2psi_ds2: Callable[..., Any],
+    eigensystem: Callable[..., Any],
+    known_flip: Callable[..., Any] | None,
+    able: int,
+) -> Callable[..., None]:
+    """Kernel of the parts in `able`; the first entry of `orders` chooses among them."""
+    flips = known_flip is not None
+
+    @ti.kernel
+    def kernel(
+        orders: integers,
+        x: vec3s,
+        triangles: index3,
+        dphi: mat3s,
+        N: vec3s,
+        area: scalars,
+        mu: ti.f64,
+        lam: ti.f64,
+        h: ti.f64,
+        energy: scalars,
+        gradient: vec3s,
+        row: rows,
+    ):
+        for e in range(triangles.shape[0]):
+            t = triangles[e]
+            x0, x1, x2 = x[t[0]], x[t[1]], x[t[2]]
+            B = dphi[e]
+            F = ti.Matrix.zero(float, 3, 3)
+            F = deformation_gradient(x0, x1, x2, B, N[e])
+            U, s, V = given.svd(F, N[e])
+            seen = 0.0  # something of every result, to notice what is not finite
+            p = ti.Vector([0.0, 0.0, 0.0])
+            if ti.static(able & 1):  # noqa: SIM102 (known when compiling, and when running)
+                if orders[0] & 1:
+                    energy[e] = h * area[e] * psi(s, mu, lam)
+                    seen += energy[e]
+            if ti.static(able & 6):  # noqa: SIM102
+                if orders[0] & 6:
+                    p = dpsi_ds(s, mu, lam)
+            if ti.static(able & 2):  # noqa: SIM102
+                if orders[0] & 2:
+                    P = ti.Matrix.zero(float, 3, 3)
+                    P = dpsi_dF(U, p, V)
+                    for i in range(3):
+                        force = ti.Vector([0.0, 0.0, 0.0])
+                        force = nodal_force(
+                            P, ti.Vector([dphi[e][i, 0], dphi[e][i, 1], dphi[e][i, 2]]), area[e], h
+                        )
+                        gradient[3 * e + i] = -force
+                        seen += force.sum()
+            if ti.static(able & 4):  # noqa: SIM102
+                if orders[0] & 4:
+                    H = ti.Matrix.zero(float, 3, 3)
+                    H = d2psi_ds2(s, mu, lam)
+                    q = ti.Vector([0.0, 0.0, 0.0, 0.0])
+                    q = eigensystem(s, p, H)
+                    flip = q[0]
+                    if ti.static(flips):  # noqa: SIM102
+                        # Where stretches nearly meet, neither quotient nor limit keeps more than ten digits of an
+                        # energy that is not quadratic. The framework's own know what the quotient simplifies to.
+                        if s[0] - s[1] < NEARLY_EQUAL:
+                            flip = known_flip(s, mu, lam)
+                    stretch = ti.Vector([H[0, 0], H[1, 1], (H[0, 1] + H[1, 0]) / 2])
+                    g0, g1, g2 = _in_frame(B, V, 0), _in_frame(B, V, 1), _in_frame(B, V, 2)
+                    w = h * area[e]
+                    modes.store(row, e, U, g0, g1, g2, stretch, flip, q[1], q[2], q[3], w, orders[1])
+                    seen += H.sum() + q.sum()
+            if not (ti.abs(seen) < ti.math.inf) or (x1 - x0).cross(x2 - x0).norm_sqr() == 0:
+                orders[2] = 1
+
+    return kernel
+
+
+class KineticEnergy:
+    """Kinetic energy of every triangle, by the student's function.
+
+    Parameters
+    ----------
+    function : taichi function
+    n : int
+        Number of vertices.
+    triangles : (m, 3), area : (m,), rho, h
+    """
+
+    def __init__(
+        self,
+        function: Callable[..., Any],
+        n: int,
+        triangles: np.ndarray,
+        area: np.ndarray,
+        rho: float,
+        h: float,
+    ):
+        self.function = usable(function)
+        self._v, self._out = np.zeros((n, 3)), np.zeros(len(triangles))
+        kernel = kept(function, "kinetic_energy", lambda: _kinetic_energy(function))
+        self._launch = Launch(kernel, self._v, triangles, area, rho, h, self._out)
+
+    def __call__(self, v: np.ndarray) -> np.ndarray:
+        """(m,) [J] for velocities (n, 3)."""
+        self._v[...] = v
+        run(self._launch, self.function)
+        return self._out
 
 
 # Kernels around student functions -------------------------------------------------------------------------
@@ -248,6 +441,16 @@ def _dn_dx(f: Callable[..., Any]) -> Callable[..., None]:
     return kernel
 
 
+def _kinetic_energy(f: Callable[..., Any]) -> Callable[..., None]:
+    @ti.kernel
+    def kernel(v: vec3s, triangles: index3, area: scalars, rho: ti.f64, h: ti.f64, out: scalars):
+        for e in range(triangles.shape[0]):
+            t = triangles[e]
+            out[e] = f(v[t[0]], v[t[1]], v[t[2]], area[e], rho, h)
+
+    return kernel
+
+
 #: How each student function is called on all triangles.
 KERNELS: dict[str, Callable[[Callable[..., Any]], Callable[..., None]]] = {
     "deformation_gradient": _deformation_gradient,
@@ -286,36 +489,6 @@ def _in_frame(dphi, V, i):
             V[0, 1] * g[0] + V[1, 1] * g[1] + V[2, 1] * g[2],
         ]
     )
-
-
-@ti.kernel
-def _closed_blocks(
-    U: mat3s,
-    V: mat3s,
-    d2psi_ds2: mat3s,
-    modes: vec4s,
-    dphi: mat3s,
-    area: scalars,
-    h: ti.f64,
-    project: ti.i32,
-    out: mat3s,
-):
-    for e in range(U.shape[0]):
-        H, flip, twist, out0, out1 = d2psi_ds2[e], modes[e][0], modes[e][1], modes[e][2], modes[e][3]
-        a, b, c = H[0, 0], H[1, 1], (H[0, 1] + H[1, 0]) / 2
-        if project == 1:
-            a, b, c = clamp_stretch(a, b, c)
-            flip, twist = ti.max(flip, 0.0), ti.max(twist, 0.0)
-            out0, out1 = ti.max(out0, 0.0), ti.max(out1, 0.0)
-        stretch, outs = ti.Vector([a, b, c]), ti.Vector([out0, out1])
-        for i in range(3):
-            gi = _in_frame(dphi[e], V[e], i)
-            for j in range(i, 3):
-                gj = _in_frame(dphi[e], V[e], j)
-                B = h * area[e] * block(U[e], gi, gj, stretch, flip, twist, outs)
-                out[9 * e + 3 * i + j] = B
-                if j > i:
-                    out[9 * e + 3 * j + i] = B.transpose()
 
 
 @ti.kernel
@@ -372,7 +545,7 @@ def _clamp_known_modes(
             if k == 1:
                 w1, w2 = _moves(0, half, U[e], V[e], edge1, edge2)
                 coupling = (w1.dot(z1) + w2.dot(z2)) / (h * area[e])
-        a, b, c = clamp_stretch(value[0, 0], value[0, 1], coupling)
+        a, b, c = modes.clamp_stretch(value[0, 0], value[0, 1], coupling)
         lift = ti.Matrix(
             [
                 [a - value[0, 0], b - value[0, 1]],
@@ -387,7 +560,7 @@ def _clamp_known_modes(
             for j in range(3):
                 gj = _in_frame(dphi[e], V[e], j)
                 out[9 * e + 3 * i + j] += (
-                    h * area[e] * block(U[e], gi, gj, stretch, lift[1, 0], lift[1, 1], outs)
+                    h * area[e] * modes.block(U[e], gi, gj, stretch, lift[1, 0], lift[1, 1], outs)
                 )
 
 

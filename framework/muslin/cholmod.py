@@ -1,0 +1,328 @@
+"""CHOLMOD, as the `cvxopt` wheel brings it along, called without its Python wrapper.
+
+The wrapper copies and permutes the matrix in every factorisation and holds Python's lock. Called directly, on a
+matrix that is assembled in the order of elimination, nothing is copied, and the two halves of a cloth are
+factorised at the same time:
+
+    the matrix of one half and of the separator, S last, [A_i B_i; B_i^T C] = L_i L_i^T, so L_i ends in a block
+    with L_SS L_SS^T = C - B_i^T A_i^-1 B_i, and the separator's Schur complement is the sum of both minus C.
+
+Both matrices are principal parts of the whole one, so they are positive definite if it is. CHOLMOD and cvxopt
+are under the GPL (the `fast` extra). `available` says whether this very build of the library is there.
+"""
+
+from __future__ import annotations
+
+import ctypes
+import functools
+import glob
+import importlib.util
+import os
+import threading
+import weakref
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from scipy.linalg import lapack
+
+#: Where CHOLMOD 3.0 keeps its settings in `cholmod_common`, and what they are to begin with: 4-byte words.
+_DEFAULTS = {2: 858993459, 6: 5, 8: 8, 12: 1, 13: 1, 14: 1, 16: 1, 17: 1, 26: 4, 28: 16, 30: 48, 36: 3, 42: 0}
+_SUPERNODAL, _QUICK_RETURN, _PRINT, _NMETHODS, _ORDERING, _POSTORDER = 12, 34, 36, 42, 79, 466
+_METHOD_DEFAULTS = {64: 200, 74: 1, 76: 1, 77: 1, _ORDERING: 1, _POSTORDER: 1}
+
+
+class _Sparse(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_size_t) for name in ("nrow", "ncol", "nzmax")),
+        *((name, ctypes.c_void_p) for name in ("p", "i", "nz", "x", "z")),
+        *((name, ctypes.c_int) for name in ("stype", "itype", "xtype", "dtype", "sorted", "packed")),
+    ]
+
+
+class _Dense(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_size_t) for name in ("nrow", "ncol", "nzmax", "d")),
+        *((name, ctypes.c_void_p) for name in ("x", "z")),
+        *((name, ctypes.c_int) for name in ("xtype", "dtype")),
+    ]
+
+
+class _Factor(ctypes.Structure):
+    _fields_ = [
+        *((name, ctypes.c_size_t) for name in ("n", "minor")),
+        *((name, ctypes.c_void_p) for name in ("Perm", "ColCount", "IPerm")),
+        ("nzmax", ctypes.c_size_t),
+        *((name, ctypes.c_void_p) for name in ("p", "i", "x", "z", "nz", "next", "prev")),
+        *((name, ctypes.c_size_t) for name in ("nsuper", "ssize", "xsize", "maxcsize", "maxesize")),
+        *((name, ctypes.c_void_p) for name in ("super", "pi", "px", "s")),
+        *((name, ctypes.c_int) for name in ("ordering", "is_ll", "is_super", "is_monotonic")),
+        *((name, ctypes.c_int) for name in ("itype", "xtype", "dtype")),
+    ]
+
+
+_SYSTEM_A, _SYSTEM_L, _SYSTEM_LT = 0, 4, 5
+
+
+@functools.cache
+def _library() -> Any:
+    """The library, if it is the build this module was written for; None otherwise."""
+    spec = importlib.util.find_spec("cvxopt")
+    if spec is None or spec.origin is None or ctypes.sizeof(ctypes.c_void_p) != 8:
+        return None
+    found = glob.glob(str(Path(spec.origin).parent.parent / "cvxopt.libs" / "libcholmod-*.so.3.*"))
+    if len(found) != 1:
+        return None
+    try:
+        import cvxopt.cholmod  # noqa: F401  (loads what the library needs)
+
+        library = ctypes.CDLL(found[0])
+        version = (ctypes.c_int * 3)()
+        library.cholmod_version(version)
+        words = np.frombuffer(_common(library), dtype=np.int32)
+    except (ImportError, OSError, AttributeError):
+        return None
+    known = all(words[k] == value for k, value in (_DEFAULTS | _METHOD_DEFAULTS).items())
+    if list(version)[:2] != [3, 0] or not known:
+        return None
+    library.cholmod_analyze_p.restype = ctypes.POINTER(_Factor)
+    return library
+
+
+def _common(library: Any) -> Any:
+    common = ctypes.create_string_buffer(8192)
+    library.cholmod_start(common)
+    return common
+
+
+def available() -> bool:
+    """Whether `Domain` can be used: Linux, with the CHOLMOD that cvxopt's wheels carry."""
+    return _library() is not None
+
+
+def analysed(indptr: np.ndarray, indices: np.ndarray) -> tuple[np.ndarray, float]:
+    """Postorder of the elimination tree of a pattern, and the flops of its factorisation.
+
+    Parameters
+    ----------
+    indptr, indices : int32 arrays
+        As for `Domain`.
+    """
+    domain = Domain(indptr, indices, np.zeros(1), postorder=True)
+    return domain.order, domain.flops
+
+
+class NotDefinite(ArithmeticError):
+    """The matrix is not positive definite."""
+
+
+class Domain:
+    """Cholesky factorisation of matrices of one pattern, in a given order.
+
+    Parameters
+    ----------
+    indptr, indices : int32 arrays
+        Lower triangle by columns (more above the diagonal is ignored), already in the order of elimination.
+    data : float64 array
+        Its numbers, read anew in every factorisation.
+    """
+
+    def __init__(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, postorder: bool = False):
+        self._library, self.n = _library(), len(indptr) - 1
+        self._common = _common(self._library)
+        self._kept = indptr, indices, data
+        words = np.frombuffer(self._common, dtype=np.int32)
+        words[_SUPERNODAL], words[_NMETHODS], words[_PRINT], words[_QUICK_RETURN] = 2, 1, 0, 1
+        words[_ORDERING], words[_POSTORDER] = 0, int(postorder)  # natural
+        n, nnz = self.n, len(indices)
+        address = [array.ctypes.data for array in (indptr, indices)]
+        self._A = _Sparse(n, n, nnz, *address, None, data.ctypes.data, None, -1, 0, 1, 0, 1, 1)
+        self._L = self._library.cholmod_analyze_p(ctypes.byref(self._A), None, None, 0, self._common)
+        if not self._L:
+            raise MemoryError("CHOLMOD cannot analyse the matrix")
+        L = self._L.contents
+        self.order = np.ctypeslib.as_array((ctypes.c_int32 * n).from_address(L.Perm)).copy()
+        self.flops = float(np.frombuffer(self._common, dtype=np.float64)[_METHOD_FLOPS])
+        self._b = np.zeros(n)
+        self._B = _Dense(n, 1, n, n, self._b.ctypes.data, None, 1, 0)
+        self._dense = tuple(ctypes.c_void_p() for _ in range(3))  # X, Y and E of cholmod_solve2
+        weakref.finalize(self, _free, self._library, self._common, self._L, self._dense)
+
+    def factorise(self) -> None:
+        """Factorise the matrix with the numbers that are in `data` now.
+
+        Raises
+        ------
+        NotDefinite
+            If it is not positive definite.
+        """
+        done = self._library.cholmod_factorize(ctypes.byref(self._A), self._L, self._common)
+        if not done or self._L.contents.minor < self.n:
+            raise NotDefinite("not positive definite")
+
+    def solve(self, b: np.ndarray, system: int = _SYSTEM_A) -> np.ndarray:
+        """Solve A y = b, L y = b or L^T y = b; what is returned is written over by the next call."""
+        self._b[:] = b
+        X, Y, E = (ctypes.byref(dense) for dense in self._dense)
+        self._library.cholmod_solve2(
+            system, self._L, ctypes.byref(self._B), None, X, None, Y, E, self._common
+        )
+        x = ctypes.cast(self._dense[0], ctypes.POINTER(_Dense)).contents.x
+        return np.ctypeslib.as_array((ctypes.c_double * self.n).from_address(x))
+
+    def corner(self, size: int) -> tuple[np.ndarray, np.ndarray]:
+        """Where the last `size` columns of L are: (positions in the numbers of L, positions in a dense U).
+
+        U (size, size), Fortran order, is the mirror image of that lower triangle in both directions: upper.
+        """
+        L = self._L.contents
+
+        def read(address: int, count: int) -> np.ndarray:
+            return np.ctypeslib.as_array((ctypes.c_int32 * count).from_address(address))
+
+        first, rows_at, x_at = (read(getattr(L, name), L.nsuper + 1) for name in ("super", "pi", "px"))
+        rows = read(L.s, L.ssize)
+        begin, source, target = self.n - size, [], []
+        for k in range(int(np.searchsorted(first, begin, side="right")) - 1, L.nsuper):
+            here = rows[rows_at[k] : rows_at[k + 1]].astype(np.int64)
+            for c in range(max(first[k], begin), first[k + 1]):
+                j = np.flatnonzero(here >= c)
+                source.append(x_at[k] + (c - first[k]) * len(here) + j)
+                target.append((self.n - 1 - here[j]) + size * (self.n - 1 - c))
+        return np.concatenate(source), np.concatenate(target)
+
+    @property
+    def numbers(self) -> np.ndarray:
+        """The numbers of L, as they lie in memory."""
+        L = self._L.contents
+        return np.ctypeslib.as_array((ctypes.c_double * L.xsize).from_address(L.x))
+
+
+#: `cholmod_common` counts the flops of the chosen order in its first method.
+_METHOD_FLOPS = 24
+
+
+def _free(library: Any, common: Any, factor: Any, dense: tuple[ctypes.c_void_p, ...]) -> None:
+    for pointer in dense:
+        library.cholmod_free_dense(ctypes.byref(pointer), common)
+    library.cholmod_free_factor(ctypes.byref(ctypes.cast(factor, ctypes.c_void_p)), common)
+    library.cholmod_finish(common)
+
+
+class Halves:
+    """A matrix factorised in two halves at once, and the separator between them.
+
+    Parameters
+    ----------
+    domains : pair of Domain
+        Each half with the separator last, in the same order in both.
+    size : int
+        Unknowns of the separator.
+    corner : (3, ...) arrays: positions in the first domain's `data` of C, rows, columns
+    parallel : bool
+        Use two threads. The result is the same.
+    """
+
+    def __init__(self, domains: list[Domain], size: int, corner: tuple[np.ndarray, ...], parallel: bool):
+        self.domains, self.size = domains, size
+        self._at, self._row, self._col = corner
+        self._corners = [domain.corner(size) for domain in domains]
+        self.parallel = parallel
+
+    def factorise_and_solve(self, b: tuple[np.ndarray, np.ndarray], s: np.ndarray) -> list[np.ndarray]:
+        """Solve for [one half, other half, separator].
+
+        Parameters
+        ----------
+        b : pair of arrays
+            Right-hand sides of the halves' own unknowns.
+        s : array
+            Right-hand side of the separator.
+        """
+        k = self.size
+        y: list[Any] = [None, None]
+        U: list[Any] = [None, None]
+        complement: list[Any] = [None, None]
+
+        def down(i: int) -> None:
+            domain = self.domains[i]
+            domain.factorise()
+            y[i] = domain.solve(np.concatenate([b[i], np.zeros(k)]), _SYSTEM_L)
+            source, target = self._corners[i]
+            dense = np.zeros(k * k)
+            dense[target] = domain.numbers[source]
+            U[i] = dense.reshape((k, k), order="F")
+            complement[i], _ = lapack.dlauum(U[i], lower=0)
+
+        self._both(down)
+        # mirrored: unknown j of the separator is k - 1 - j
+        S = complement[0] + complement[1]
+        data = self.domains[0]._kept[2]
+        S[k - 1 - self._col, k - 1 - self._row] -= data[self._at]
+        g = s + sum((U[i] @ y[i][-1 : -k - 1 : -1])[::-1] for i in (0, 1))
+        factor, info = lapack.dpotrf(S, lower=0)
+        if info:
+            raise NotDefinite("not positive definite")
+        middle, _ = lapack.dpotrs(factor, g[::-1], lower=0)
+
+        def up(i: int) -> None:
+            right = y[i].copy()
+            right[-k:] = (U[i].T @ middle)[::-1]
+            y[i] = self.domains[i].solve(right, _SYSTEM_LT)
+
+        self._both(up)
+        return [y[0][:-k], y[1][:-k], middle[::-1]]
+
+    def _both(self, task: Callable[[int], None]) -> None:
+        helper = _helper(os.getpid()) if self.parallel else None
+        if helper is None or not helper.free.acquire(blocking=False):
+            task(0)
+            task(1)
+            return
+        try:
+            helper.start(lambda: task(1))
+            try:
+                task(0)
+            finally:
+                helper.wait()
+        finally:
+            helper.free.release()
+
+
+class _Helper:
+    """One thread that does one task at a time."""
+
+    def __init__(self) -> None:
+        self.free = threading.Lock()
+        self._go, self._done = threading.Semaphore(0), threading.Semaphore(0)
+        self._task: Callable[[], None] = lambda: None
+        self._error: BaseException | None = None
+        threading.Thread(target=self._work, daemon=True).start()
+
+    def _work(self) -> None:
+        while True:
+            self._go.acquire()
+            try:
+                self._task()
+            except BaseException as error:
+                self._error = error
+            self._done.release()
+
+    def start(self, task: Callable[[], None]) -> None:
+        """Begin a task."""
+        self._task = task
+        self._go.release()
+
+    def wait(self) -> None:
+        """Wait for it; what it raised is raised here."""
+        self._done.acquire()
+        error, self._error = self._error, None
+        if error is not None:
+            raise error
+
+
+@functools.cache
+def _helper(process: int) -> _Helper:
+    """The process's one helper (threads do not survive a fork)."""
+    return _Helper()
