@@ -1,4 +1,4 @@
-"""Commands of those who write assignments: release, reference."""
+"""Commands of those who write assignments: lint, release, reference."""
 
 from __future__ import annotations
 
@@ -12,6 +12,35 @@ from muslin.cli.app import Out, app
 
 reference_app = typer.Typer(help="Reference data: verify or build them.", no_args_is_help=True)
 app.add_typer(reference_app, name="reference")
+
+
+@app.command()
+def lint(
+    assignment: Annotated[str | None, typer.Argument(help="An assignment. Default: all.")] = None,
+    thorough: Annotated[
+        bool,
+        typer.Option(
+            "--thorough", help="Also make the reference data anew and try every variant of the suite."
+        ),
+    ] = False,
+) -> None:
+    """Look an assignment over: what is missing or wrong, one line each."""
+    from muslin.authoring import lint as linting
+    from muslin.tasks import MANIFEST
+
+    every = sorted(path.parent.name for path in (paths.root() / "solutions").glob(f"*/{MANIFEST}"))
+    findings = []
+    for name in [assignment] if assignment else every:
+        found = linting.lint(name, thorough)
+        for finding in found:
+            typer.echo(str(finding))
+        if not found:
+            typer.echo(f"{name}: nothing to mend.")
+        findings += found
+    if findings:
+        typer.echo(f"{len(findings)} to mend.")
+    if findings or not (assignment or every):
+        raise typer.Exit(1)
 
 
 @app.command()
