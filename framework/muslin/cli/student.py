@@ -229,3 +229,16 @@ def watch(
     from muslin.student.workspace import find
 
     watching.watch(find(folder), typer.echo, scene)
+
+
+@app.command()
+def upgrade(
+    folder: Here = None,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only say what would be done.")] = False,
+) -> None:
+    """Bring handout, docstrings and given code up to date; function bodies you wrote are never touched."""
+    from muslin.student import upgrading
+    from muslin.student.workspace import find
+
+    done = upgrading.upgrade(find(folder), really=not dry_run)
+    typer.echo("\n".join(upgrading.told(done, really=not dry_run)))

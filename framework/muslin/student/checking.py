@@ -6,7 +6,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -76,10 +76,17 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
 
 
 class Checker:
-    """Checks tasks in a worker, and replaces the worker when it crashes or has served long enough."""
+    """Checks tasks in a worker, and replaces the worker when it crashes or has served long enough.
 
-    def __init__(self) -> None:
+    Parameters
+    ----------
+    ready : tuple of str
+        Modules the worker imports before it is asked anything.
+    """
+
+    def __init__(self, ready: tuple[str, ...] = ()) -> None:
         self._worker: Worker | None = None
+        self._ready = ready
 
     def __enter__(self) -> Checker:
         return self
@@ -98,7 +105,7 @@ class Checker:
         if self._worker is not None and self._worker.asked >= RENEWED_AFTER:
             self.close()
         if self._worker is None:
-            self._worker = Worker()
+            self._worker = Worker(ready=self._ready)
 
     def check(self, workspace: Workspace, names: list[str]) -> Iterator[Report]:
         """Reports of tasks, in order; a crash or an endless loop costs its own task only.
@@ -168,8 +175,3 @@ def told(workspace: Workspace, report: Report, width: int = 0, brief: bool = Fal
         at = f" --case {report.case}" if report.case is not None else ""
         rows.append(("more", f"muslin explain {report.task}{at}   or   muslin hint {report.task}"))
     return lines + [f"       {label:>6}: {text}" for label, text in rows if text]
-
-
-def plain(report: Report) -> dict[str, Any]:
-    """A report as plain data."""
-    return asdict(report)

@@ -38,7 +38,7 @@ class Watch:
 
     def __init__(self, workspace: Workspace, say: Callable[[str], Any], scene: str = "drape"):
         self.workspace, self.say, self.scene = workspace, say, scene
-        self.checker = checking.Checker()
+        self.checker = checking.Checker(ready=("muslin.grading.diagnosis",))
         self.texts: dict[str, str] = {}
         self.keys: dict[str, str] = {}
         self.stamps: dict[str, tuple[int, int] | None] = {}
@@ -137,7 +137,7 @@ class Watch:
             return
         entry = self.workspace.table.tasks[self.current]
         self.say(
-            f"Now: {self.current}, {entry.title.lower()}, {entry.points} points, "
+            f"Now: {self.current}, {entry.title}, {entry.points} points, "
             f"at {self.workspace.place(self.current)}; read {self.workspace.chapter(self.current)}"
         )
 

@@ -8,6 +8,7 @@ kernels of dropped functions are never freed, it is renewed now and then.
 from __future__ import annotations
 
 import contextlib
+import importlib
 import multiprocessing
 import signal
 import sys
@@ -34,15 +35,17 @@ class Worker:
     ----------
     debug : bool
         Name indices that are out of range while kernels run; about five times slower.
+    ready : tuple of str
+        Modules to import before anything is asked.
     """
 
-    def __init__(self, debug: bool = False):
+    def __init__(self, debug: bool = False, ready: tuple[str, ...] = ()):
         # Forking is instant, and safe as long as this process has neither threads nor Taichi.
         fork = sys.platform == "linux" and "taichi" not in sys.modules
         context = multiprocessing.get_context("fork" if fork else "spawn")
         self._channel, theirs = context.Pipe()
         self._process = context.Process(  # type: ignore[attr-defined]
-            target=_serve, args=(theirs, self._channel if fork else None, debug), daemon=True
+            target=_serve, args=(theirs, self._channel if fork else None, debug, ready), daemon=True
         )
         self._process.start()
         theirs.close()
@@ -104,7 +107,7 @@ class Worker:
         self.close()
 
 
-def _serve(channel: Connection, other_end: Connection | None, debug: bool) -> None:
+def _serve(channel: Connection, other_end: Connection | None, debug: bool, ready: tuple[str, ...]) -> None:
     """Serve until the channel closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if other_end is not None:
@@ -117,6 +120,8 @@ def _serve(channel: Connection, other_end: Connection | None, debug: bool) -> No
         import muslin.reference  # noqa: F401
 
         runtime.start(threads=1, debug=debug)
+        for module in ready:
+            importlib.import_module(module)
     except MuslinError as error:
         trouble = error
     while True:
