@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from muslin import paths, runtime, tasks
-from muslin.classes import engines, finding, gradebook, overrides
+from muslin.classes import engines, finding, gradebook, overrides, page, press, similarity
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger, write
 from muslin.classes.work import Job, Result, Terms, edition
@@ -122,10 +122,10 @@ def grade_class(
         if on_find:
             on_find(len(found), taken)
         stamps: dict[str, dict[str, str]] = {}
-        total = len(waiting) + 1
+        total = len(waiting) + 1 + len(found) // 10  # a report costs a tenth of a grading
 
         def tick(done: int) -> None:
-            if on_progress:
+            if on_progress and done:
                 on_progress(done, total)
 
         def work() -> Iterator[Job]:
@@ -148,6 +148,11 @@ def grade_class(
             raise MuslinError(f"None of {len(found)} submissions could be graded. The first: {why}")
         rows = tuple(_row(s, results[s.key], set_by_hand.get(s.key, ())) for s in found)
         write(ledger.folder / "grades.csv", gradebook.grades_csv(rows, table).encode())
+        share = (total - len(waiting)) / max(1, len(rows))
+        printed = press.press(ledger.folder, rows, lambda done: tick(len(waiting) + int(share * done)))
+        sources = {key: result.sources for key, result in results.items() if result.sources}
+        alike = similarity.pairs(sources, _stubs(table))
+        write(ledger.folder / "index.html", page.render(rows, table, printed, alike).encode())
         tick(total)
     return Class(rows, taken, ledger.folder, tuple(notes))
 
@@ -166,3 +171,8 @@ def _hidden(folder: Path | str | None, table: tasks.Assignment) -> tuple[tuple[s
         return tuple((f.name, f.read_bytes()) for f in sorted(Path(folder).iterdir()) if f.is_file())
     except OSError as error:
         raise MuslinError(f"{paths.shown(folder)} cannot be read: {error.strerror}.") from None
+
+
+def _stubs(table: tasks.Assignment) -> dict[str, str]:
+    folder = paths.assignment(table.name)
+    return {file: (folder / file).read_text(encoding="utf-8") for file in table.files}
