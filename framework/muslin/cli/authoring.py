@@ -1,7 +1,8 @@
-"""Commands of those who write assignments: lint, release, reference."""
+"""Commands of those who write assignments and have them graded: lint, release, pack, reference."""
 
 from __future__ import annotations
 
+from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -64,6 +65,34 @@ def release(
     else:
         written = releasing.release(assignment, out)
         typer.echo(f"Wrote {len(written)} files to {paths.shown(out or paths.assignment(assignment))}.")
+
+
+class Platform(str, Enum):
+    """Platforms there are packs for."""
+
+    gradescope = "gradescope"
+    classroom50 = "classroom50"
+    actions = "actions"
+
+
+@app.command()
+def pack(
+    platform: Annotated[Platform, typer.Argument(help="Where it will be graded.")],
+    assignment: Annotated[str, typer.Option(help="An assignment.")] = "cloth",
+    hidden: Annotated[
+        Path | None,
+        typer.Option(help="Hidden reference data, from `muslin reference build --hidden`; Gradescope only."),
+    ] = None,
+    out: Out = None,
+) -> None:
+    """Write what a platform needs to grade an assignment: an archive or folder to upload, with its README."""
+    from muslin.packing import packs
+
+    written = packs.pack(platform.value, assignment, hidden, out)
+    for path in written:
+        typer.echo(f"Wrote {paths.shown(path)}.")
+    if hidden:
+        typer.echo("It holds your hidden data: give it to nobody but the platform.")
 
 
 @reference_app.command("verify")

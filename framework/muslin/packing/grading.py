@@ -1,0 +1,145 @@
+"""What runs on a platform: a submission is graded, and the platform's own result file written by this process.
+
+    python -I -m muslin.packing.grading gradescope /autograder
+    python -I -m muslin.packing.grading classroom50 CHECKOUT PACK RESULT.json
+    python -I -m muslin.packing.grading try ASSIGNMENT
+
+Whatever a submission is or does, the result file is valid: where grading itself fails, it gives every task no
+points, and says why. Students' code never runs in this process, and the processes it does run in can neither
+read what only root may nor write any result.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import tempfile
+import traceback
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+from muslin import tasks
+from muslin.errors import MuslinError
+
+#: In a pack: where it says which assignment it grades, and the folder of hidden data.
+SETTINGS, HIDDEN = "muslin.json", "hidden"
+
+#: On Gradescope we are root without namespaces: a user for every worker, or nothing. Never a worker that is root.
+SAFETY = "uid"
+
+#: What a student reads when the fault is ours.
+OURS = (
+    "The autograder itself has failed, which is no fault of yours. Your work has been received; "
+    "please tell your instructor, who can grade it again."
+)
+
+
+def gradescope(root: Path) -> None:
+    """Grade `<root>/submission` and write `<root>/results/results.json`.
+
+    Hidden data, if the pack has any, are in `<root>/source/hidden`.
+    """
+    from muslin.grading import views
+
+    source = root / "source"
+    assignment, hidden = _assignment(source), source / HIDDEN
+    try:
+        record = _graded(root / "submission", assignment, hidden if hidden.is_dir() else None, SAFETY)
+        text = views.render(record, "gradescope")
+    except Exception as error:
+        traceback.print_exception(error)
+        why = f"{error}" if isinstance(error, Unreadable) else OURS
+        text = json.dumps(_without_points(assignment, why), indent=1) + "\n"
+    _put(root / "results" / "results.json", text)
+
+
+def classroom50(checkout: Path, pack: Path, result: Path) -> None:
+    """Grade a student's checkout and write Classroom 50's `result.json`; what only it knows is in the environment."""
+    from muslin.grading import views
+    from muslin.grading.views.classroom50 import context_of
+
+    record = _graded(checkout, _assignment(pack), None)
+    print(views.render(record, "terminal"))
+    _put(result, views.render(record, "classroom50", context=context_of(os.environ)))
+
+
+def try_out(assignment: str) -> None:
+    """Grade the untouched stubs: does everything work here that grading needs?"""
+    from muslin import paths
+
+    record = _graded(paths.assignment(assignment), assignment, None, SAFETY)
+    if any(task.status != "not implemented" for task in record.tasks):
+        raise MuslinError(f"Grading does not work here: {record.tasks[0].message}", "Run: muslin doctor")
+    print(f"Grading works here; submissions are kept apart by: {record.safety.level}.")
+    for note in record.safety.notes:
+        print(note)
+
+
+def _assignment(pack: Path) -> str:
+    return str(json.loads((pack / SETTINGS).read_text(encoding="utf-8"))["assignment"])
+
+
+class Unreadable(MuslinError):
+    """A submission that cannot even be looked at."""
+
+
+def _graded(submission: Path, assignment: str, hidden: Path | None, safety: str = "auto") -> Any:
+    """The record; nothing handed in is an empty folder."""
+    from muslin.grading.grader import grade
+    from muslin.grading.submission import collect
+
+    with tempfile.TemporaryDirectory() as nothing:
+        handed = submission if submission.exists() else Path(nothing)
+        try:
+            collect(handed, tasks.assignment(assignment))
+        except MuslinError as error:
+            raise Unreadable(error.message, error.hint) from None
+        return grade(handed, assignment, hidden=hidden, safety=safety)
+
+
+def _without_points(assignment: str, why: str) -> dict[str, Any]:
+    """A Gradescope result in which every task has failed for the same reason."""
+    table = tasks.assignment(assignment)
+    return {
+        "score": 0,
+        "output": why,
+        "output_format": "text",
+        "stdout_visibility": "hidden",
+        "tests": [
+            {
+                "name": f"{task.name}: {task.title}",
+                "score": 0,
+                "max_score": task.points,
+                "status": "failed",
+                "output": why,
+                "output_format": "text",
+            }
+            for task in table.tasks.values()
+        ],
+    }
+
+
+def _put(path: Path, text: str) -> None:
+    """Write a file at once and whole, never through a link somebody has left there."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    descriptor, name = tempfile.mkstemp(dir=path.parent)
+    with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
+        stream.write(text)
+    os.chmod(name, 0o644)
+    os.replace(name, path)
+
+
+COMMANDS: Mapping[str, Callable[..., None]] = {
+    "gradescope": lambda root: gradescope(Path(root)),
+    "classroom50": lambda checkout, pack, result: classroom50(Path(checkout), Path(pack), Path(result)),
+    "try": try_out,
+}
+
+
+if __name__ == "__main__":
+    try:
+        COMMANDS[sys.argv[1]](*sys.argv[2:])
+    except MuslinError as error:
+        sys.exit(f"muslin: {error}")
