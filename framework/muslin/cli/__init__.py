@@ -3,6 +3,7 @@
 - `app`         the command itself, what all commands share, `main`
 - `student`     start, check, watch, list, hint, reset, run, explain, gradcheck, submit, upgrade
 - `simulating`  simulate, scenes, render, export, demo, doctor
+- `viewing`     view
 - `grading`     grade
 - `classes`     class grade
 - `authoring`   release, reference
@@ -12,6 +13,16 @@ Commands import what they do when they run, so that `muslin --help` is instant.
 
 from muslin.cli.app import INTERRUPTED, app, main
 
-from muslin.cli import student, simulating, grading, classes, authoring  # isort: skip  # noqa: RUF100  (in the order of --help)
+from muslin.cli import student, simulating, viewing, grading, classes, authoring  # isort: skip  # noqa: RUF100  (in the order of --help)
 
-__all__ = ["INTERRUPTED", "app", "authoring", "classes", "grading", "main", "simulating", "student"]
+__all__ = [
+    "INTERRUPTED",
+    "app",
+    "authoring",
+    "classes",
+    "grading",
+    "main",
+    "simulating",
+    "student",
+    "viewing",
+]

@@ -1,0 +1,45 @@
+"""The command that looks: view."""
+
+from __future__ import annotations
+
+from enum import Enum
+from typing import Annotated
+
+import typer
+
+from muslin.cli.app import Functions, Setting, app
+from muslin.cli.simulating import _settings
+
+
+class Backend(str, Enum):
+    """Faces of the viewer."""
+
+    auto = "auto"
+    window = "window"
+    browser = "browser"
+
+
+@app.command()
+def view(
+    scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")] = "drape",
+    functions: Functions = None,
+    setting: Setting = None,
+    port: Annotated[int, typer.Option(help="Port of the browser's page.", min=1, max=65535)] = 8080,
+    no_open: Annotated[
+        bool, typer.Option("--no-open", help="Do not open the page, only say where it is.")
+    ] = False,
+    backend: Annotated[
+        Backend,
+        typer.Option(help="A window of its own (needs Vulkan), or a page in the browser (extra `view`)."),
+    ] = Backend.auto,
+) -> None:
+    """Look at a scene while it runs: turn it, pull the cloth with the mouse, switch the sphere on and off."""
+    from muslin import viewer
+
+    viewer.view(
+        scene, functions, backend.value, port=port, open_page=not no_open, say=_say, **_settings(setting)
+    )
+
+
+def _say(line: str) -> None:
+    typer.echo(line)

@@ -1,0 +1,107 @@
+"""Open a session with the face this machine can show."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from muslin.errors import MuslinError
+
+#: Opens a window off-screen and reads a picture back; run in a process of its own, since a driver that is missing
+#: or broken may end the process that asks for it.
+PROBE = """
+import taichi as ti
+ti.init(arch=ti.cpu, log_level=ti.CRITICAL)
+window = ti.ui.Window("probe", (64, 64), show_window={shown})
+window.get_canvas().set_background_color((1.0, 1.0, 1.0))
+{look}
+"""
+
+
+def view(
+    scene: str,
+    functions: Path | str | None = None,
+    backend: str = "auto",
+    *,
+    port: int = 8080,
+    open_page: bool = True,
+    say: Callable[[str], None] = print,
+    **parameters: Any,
+) -> None:
+    """Look at a scene while it runs, until the window is closed or Ctrl-C.
+
+    Parameters
+    ----------
+    scene : str
+    functions : path, optional
+        Folder of student functions. Those not done yet, or wrong on the public cases, are stood in for.
+    backend : {"auto", "window", "browser"}
+    port, open_page
+        Of the browser's page.
+    say : callable
+        Told what happens.
+    **parameters
+        Scene parameters.
+
+    Raises
+    ------
+    MuslinError
+        If the scene cannot begin, or the face asked for cannot be shown here.
+    """
+    if backend not in ("auto", "window", "browser"):
+        raise MuslinError(f"There is no backend {backend!r}.", "There is: auto, window, browser.")
+    if backend == "window" and (why := no_window()):
+        raise MuslinError(f"A window cannot be opened here: {why}.", "Use --backend browser.")
+    if backend == "auto":
+        backend = "browser" if no_window() else "window"
+    from muslin.viewer import browser
+
+    if backend == "browser":
+        browser.require()
+    from muslin.viewer.session import begin
+
+    if functions is not None:
+        say("Trying your functions on the public cases ...")
+    session = begin(scene, functions, **parameters)
+    for line in session.credits():
+        say(line)
+    if backend == "window":
+        from muslin.viewer import window
+
+        window.run(session, say=say)
+    else:
+        browser.run(session, port, open_page and _has_desktop(), say)
+
+
+def no_window(shown: bool = True) -> str:
+    """Why Taichi's window cannot be opened here; empty if it can.
+
+    Parameters
+    ----------
+    shown : bool
+        On the screen; False asks for a window off-screen only.
+    """
+    if shown and not _has_desktop():
+        return "there is no display"
+    look = "window.show()" if shown else "window.get_image_buffer_as_numpy()"
+    try:
+        done = subprocess.run(
+            [sys.executable, "-c", PROBE.format(shown=shown, look=look)],
+            capture_output=True, text=True, errors="replace", timeout=60, check=False,
+        )  # fmt: skip
+    except (OSError, subprocess.TimeoutExpired):
+        return "the graphics driver does not answer"
+    if done.returncode == 0:
+        return ""
+    return "it needs a Vulkan driver (Debian, Ubuntu: libvulkan1 and mesa-vulkan-drivers)"
+
+
+def _has_desktop() -> bool:
+    """Whether a window or a browser would appear in front of anybody."""
+    if sys.platform == "linux":
+        return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+    return not os.environ.get("SSH_CONNECTION")

@@ -1,0 +1,415 @@
+"""A session: a scene that goes on stepping while somebody pulls at it.  No window is needed to have one.
+
+Both faces (`window`, `browser`) call what is here and draw what `scenery` makes of it. Everything a person may
+do has one name, one key and one home: `ACTIONS`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections import deque
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from muslin import scenes
+from muslin.colliders import Capsule, Collider, Plane, Sphere
+from muslin.errors import MuslinError, NotImplementedYet, SimulationError
+from muslin.integrators import Model, Spring, State, integrator
+from muslin.scenes import Scene
+from muslin.simulation import EXPLODED, build
+from muslin.stand_ins import needs
+from muslin.tasks import Functions, failure_of, load
+
+#: Parts of a simulation (keys of `muslin.stand_ins.NEEDS`) that a session computes, and what to call them.
+PARTS: Mapping[str, str] = {
+    "gradient": "elastic force",
+    "hessian": "Hessian",
+    "mass": "mass",
+    "detection": "contact detection",
+    "response": "contact response",
+}
+
+
+@dataclass
+class Session:
+    """A scene under somebody's hands.  `begin` makes one.
+
+    Positions that are *shown* differ from the simulation's by `origin`, which follows cloth that walks away.
+
+    Attributes
+    ----------
+    scene : Scene
+    model : Model
+        Its `spring` and `colliders` belong to the session.
+    start, state : State
+        Where it began and where it is.
+    faults : mapping
+        Task -> why its function is not called: native code computes the parts that need it.
+    steps : int
+        Steps taken since the start.
+    playing, sphere, strain, wireframe : bool
+        Whether time passes; whether there are bodies to bump into; what is drawn.
+    camera_resets : int
+        How often the camera was asked back; the faces compare.
+    message : str
+        What went wrong, until the next reset.
+    """
+
+    scene: Scene
+    model: Model
+    start: State
+    faults: Mapping[str, str] = field(default_factory=dict)
+    steps: int = 0
+    playing: bool = True
+    sphere: bool = True
+    strain: bool = False
+    wireframe: bool = False
+    camera_resets: int = 0
+    message: str = ""
+
+    def __post_init__(self) -> None:
+        self._advance = integrator(self.scene.integrator)
+        self._own_spring = self.model.spring
+        self.model.colliders = self.colliders
+        self.sphere = any(not isinstance(c, Plane) for c in self.scene.colliders(self.scene, 0.0))
+        self.grabbed: int | None = None
+        self._pull = np.zeros(3)
+        self.pace = Pace()
+        self._return()
+
+    # What there is -----------------------------------------------------------------------------------------
+
+    @property
+    def x(self) -> np.ndarray:
+        """Positions as shown, (n, 3) [m]."""
+        return self.state.x - self.origin
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """The cloth's triangles, (m, 3)."""
+        return self.model.cloth.triangles
+
+    @property
+    def origin(self) -> np.ndarray:
+        """What is subtracted from every position to show it, (3,) [m]: the way that followed cloth has gone."""
+        if self.scene.camera != "follow":
+            return np.zeros(3)
+        chosen = self.model.held if len(self.model.held) else slice(None)
+        way = self.state.x[chosen].mean(axis=0) - self.start.x[chosen].mean(axis=0)
+        return way * (1.0, 0.0, 1.0)
+
+    def colliders(self, when: float) -> tuple[Collider, ...]:
+        """What the cloth can bump into at a time [s]: the floor, and the bodies if they are switched on."""
+        scene = self.scene if not self.sphere or self.bodied(when) else replace(self.scene, sphere=True)
+        there = scene.colliders(scene, when)
+        return there if self.sphere else tuple(c for c in there if isinstance(c, Plane))
+
+    def bodied(self, when: float) -> bool:
+        """Whether the scene has a body of its own."""
+        return any(isinstance(c, (Sphere, Capsule)) for c in self.scene.colliders(self.scene, when))
+
+    @property
+    def contacts(self) -> int:
+        """Vertices that a body (not the floor) held back in the last step."""
+        bodies = [not isinstance(c, Plane) for c in self.colliders(self.state.time)]
+        found = self.state.contacts
+        if len(found) != len(bodies):  # bodies were switched since
+            return 0
+        return sum(len(c.vertices) for c, body in zip(found, bodies, strict=True) if body)
+
+    # Time --------------------------------------------------------------------------------------------------
+
+    def step(self) -> None:
+        """Take exactly one step; what goes wrong becomes `message`, pauses, and leaves the last good state."""
+        self.model.spring = self._spring()
+        try:
+            with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
+                following = self._advance(self.model, self.state, self.scene.dt)
+                _require_sound(following)
+                self.model.cloth.update(following.x)
+        except MuslinError as error:
+            self._fail(str(error))
+        except (ArithmeticError, ValueError, np.linalg.LinAlgError) as error:
+            self._fail(f"The step could not be computed ({type(error).__name__}: {error}).")
+        else:
+            self.state, self.steps = following, self.steps + 1
+
+    def advance(self, elapsed: float, budget: float = 0.025) -> None:
+        """Let `elapsed` [s] of real time pass, computing for about `budget` [s] at most."""
+        self.pace.advance(self, elapsed, budget)
+
+    def reset(self) -> None:
+        """Back to the start, exactly; whether time passes and what is drawn stay as they are."""
+        if self.message:
+            self.playing = True
+        self._return()
+
+    def _return(self) -> None:
+        self.state = State(self.start.x.copy(), self.start.v.copy(), self.start.time)
+        self.steps, self.message = 0, ""
+        self.release()
+        self.pace = Pace()
+        self.model.cloth.update(self.state.x)
+
+    def _fail(self, what: str) -> None:
+        self.message = f"{what} Paused at step {self.steps}; reset starts again."
+        self.playing = False
+        self.release()
+        self.model.cloth.update(self.state.x)
+
+    # The mouse ---------------------------------------------------------------------------------------------
+
+    def pick(self, eye: Any, direction: Any) -> int | None:
+        """The free vertex nearest to a ray, as shown, on the side of the cloth turned to the eye.
+
+        Parameters
+        ----------
+        eye, direction : (3,)
+            Where the ray starts [m] and where it goes.
+
+        Returns
+        -------
+        int or None
+            None where the ray misses the cloth by more than a triangle's size.
+        """
+        d = np.asarray(direction, float) / np.linalg.norm(direction)
+        p = self.x - np.asarray(eye, float)
+        along = p @ d
+        away = np.linalg.norm(p - along[:, None] * d, axis=1)
+        reach = self._edge()
+        near = (along > 0) & (away < reach)
+        near[self.model.held] = False
+        if not near.any():
+            return None
+        near &= along < along[near].min() + 2 * reach
+        return int(np.flatnonzero(near)[np.argmin(away[near])])
+
+    def nearest(self, point: Any) -> int | None:
+        """The free vertex nearest to a point as shown (3,) [m]; None if all are pinned."""
+        distance = np.linalg.norm(self.x - np.asarray(point, float), axis=1)
+        distance[self.model.held] = np.inf
+        vertex = int(np.argmin(distance))
+        return vertex if np.isfinite(distance[vertex]) else None
+
+    def grab(self, vertex: int | None) -> None:
+        """Take hold of a vertex; it stays where it is until it is dragged.  None lets go."""
+        self.grabbed = vertex
+        if vertex is not None:
+            self._pull = self.x[vertex].copy()
+
+    def drag_to(self, target: Any) -> None:
+        """Pull the grabbed vertex towards a point as shown, (3,) [m]."""
+        if np.isfinite(target).all():
+            self._pull = np.asarray(target, float)
+
+    def drag_along(self, eye: Any, direction: Any, forward: Any) -> None:
+        """Pull the grabbed vertex to a ray, in the plane through it that faces the camera.
+
+        Parameters
+        ----------
+        eye, direction : (3,)
+            The ray [m].
+        forward : (3,)
+            Where the camera looks.
+        """
+        if self.grabbed is None:
+            return
+        eye, d, f = (np.asarray(a, float) for a in (eye, direction, forward))
+        if d @ f > 1e-6:
+            self.drag_to(eye + d * ((self._pull - eye) @ f) / (d @ f))
+
+    def release(self) -> None:
+        """Let go."""
+        self.grabbed = None
+        self.model.spring = self._own_spring
+
+    @property
+    def pull(self) -> np.ndarray | None:
+        """The grabbed vertex and where it is pulled, as shown, (2, 3) [m]."""
+        return None if self.grabbed is None else np.stack([self.x[self.grabbed], self._pull])
+
+    def _spring(self) -> Spring | None:
+        if self.grabbed is None:
+            return self._own_spring
+        target = (self._pull + self.origin).tolist()
+        # half the cloth's own stiffness: it follows the hand, and gives before a triangle is torn out
+        stiffness = max(self.scene.drag_stiffness, self.model.cloth.mu * self.model.cloth.h / 2)
+        return Spring(self.grabbed, (target[0], target[1], target[2]), stiffness)
+
+    def _edge(self) -> float:
+        """A usual length of an edge [m]."""
+        return float(np.sqrt(2.5 * self.model.cloth.area.mean()))
+
+    # Words -------------------------------------------------------------------------------------------------
+
+    def clock(self) -> str:
+        """The time, and how it passes."""
+        time_now = f"t = {self.state.time:.2f} s"
+        if not self.playing:
+            return f"{time_now}, paused"
+        factor = self.pace.factor
+        if factor is None:
+            return time_now
+        if factor > 0.93:
+            return f"{time_now}, real time"
+        return f"{time_now}, slow motion: {factor:.2g} of real time"
+
+    def credits(self) -> list[str]:
+        """Who computes what: a line for the student's functions, one for those that native code stands in for."""
+        cloth = self.model.cloth
+        if cloth.functions is None:
+            return []
+        yours = [name for part, name in PARTS.items() if cloth.by_student(part) is not None]
+        lines = [f"Your functions compute: {', '.join(yours) or 'nothing yet'}."]
+        if missing := [part for part in PARTS if cloth.by_student(part) is None]:
+            lines.append(f"Muslin stands in for: {', '.join(PARTS[part] for part in missing)}.")
+            wanted = {n for part in missing for n in needs(part, cloth.energy_name, cloth.road)}
+            lines.append(
+                f"Because: {', '.join(f'{t} {why}' for t, why in self.faults.items() if t in wanted)}."
+            )
+        return lines
+
+
+@dataclass
+class Pace:
+    """Real time, as far as the machine keeps up: steps are never left out, the time they are late is."""
+
+    owed: float = 0.0
+    past: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=240))
+
+    def advance(self, session: Session, elapsed: float, budget: float) -> None:
+        """Take the steps that `elapsed` [s] asks for, until `budget` [s] are spent computing."""
+        if not session.playing:
+            self.owed = 0.0
+            self.past.clear()
+            return
+        began, dt, simulated = time.perf_counter(), session.scene.dt, 0.0
+        self.owed += elapsed
+        while self.owed >= dt and session.playing:
+            session.step()
+            self.owed -= dt
+            simulated += dt
+            if time.perf_counter() - began > budget:
+                self.owed = min(self.owed, dt)  # late: slow motion, rather than a lagging hand
+        self.past.append((elapsed, simulated))
+        while len(self.past) > 1 and sum(real for real, _ in self.past) > 2.0:
+            self.past.popleft()
+
+    @property
+    def factor(self) -> float | None:
+        """Simulated time per real time over the last two seconds; None before there is enough to say."""
+        real = sum(elapsed for elapsed, _ in self.past)
+        return sum(simulated for _, simulated in self.past) / real if real > 0.3 else None
+
+
+def begin(
+    scene: str | Scene,
+    functions: Functions | Path | str | None = None,
+    stand_ins: Mapping[str, str] | None = None,
+    **parameters: Any,
+) -> Session:
+    """Begin a session.
+
+    Parameters
+    ----------
+    scene : str or Scene
+    functions : Functions or path, optional
+        Whose functions run.
+    stand_ins : mapping, optional
+        Tasks not to call, and why. Default: those that `faults` finds.
+    **parameters
+        Scene parameters.
+
+    Raises
+    ------
+    MuslinError
+        For a scene, parameter or folder that does not exist or make sense.
+    """
+    chosen = (
+        scenes.override(scene, **parameters) if isinstance(scene, Scene) else scenes.get(scene, **parameters)
+    )
+    functions = load(functions) if isinstance(functions, (str, Path)) else functions
+    if stand_ins is None:
+        stand_ins = faults(functions) if functions is not None else {}
+    model, state = build(chosen, functions, stand_ins=tuple(stand_ins))
+    session = Session(chosen, model, state, stand_ins)
+    session.step()  # compiles; what goes wrong here will go wrong again when somebody is looking
+    session.reset()
+    session.playing = True
+    return session
+
+
+def faults(functions: Functions, parts: Iterable[str] = tuple(PARTS)) -> dict[str, str]:
+    """Tasks that these parts of a simulation need and that are not done, or wrong on the public cases.
+
+    Returns
+    -------
+    dict
+        Task -> what is the matter with it, to follow its name in a sentence.
+    """
+    from muslin.reference import check
+
+    wanted = [name for name in functions.assignment.tasks if any(name in needs(part) for part in parts)]
+    found = {}
+    for name in wanted:
+        failure = failure_of(functions[name])
+        if isinstance(failure, NotImplementedYet):
+            found[name] = "is not written yet"
+        elif failure is not None:
+            found[name] = "cannot be loaded"
+    for verdict in check(functions, [name for name in wanted if name not in found]):
+        if not verdict.ok:
+            found[verdict.task] = "cannot be run" if verdict.error is None else "is wrong"
+    return {name: found[name] for name in wanted if name in found}
+
+
+def _require_sound(state: State) -> None:
+    if not (np.isfinite(state.x).all() and np.isfinite(state.v).all()):
+        raise SimulationError(
+            "The cloth's positions are not numbers any more.",
+            "Often a function that divides by zero (muslin check), or too large a dt.",
+        )
+    if not (np.abs(state.x) < EXPLODED).all():
+        raise SimulationError(
+            "The cloth exploded.",
+            "Often the sign of a force or a wrong Hessian (muslin check), or too large a dt.",
+        )
+
+
+@dataclass(frozen=True)
+class Action:
+    """Something to do: its key, its name on a button, what it does, and the switch it turns if it is one."""
+
+    key: str
+    name: str
+    do: Callable[[Session], None]
+    switch: str = ""
+
+
+def _switching(key: str, name: str, switch: str) -> Action:
+    return Action(key, name, lambda session: setattr(session, switch, not getattr(session, switch)), switch)
+
+
+def _one_step(session: Session) -> None:
+    session.playing = False
+    session.step()
+
+
+def _camera(session: Session) -> None:
+    session.camera_resets += 1
+
+
+#: All that keys and buttons do.
+ACTIONS: tuple[Action, ...] = (
+    _switching("space", "Play", "playing"),
+    Action("n", "Step", _one_step),
+    Action("r", "Reset", Session.reset),
+    Action("v", "Reset camera", _camera),
+    _switching("c", "Sphere", "sphere"),
+    _switching("s", "Strain colours", "strain"),
+    _switching("w", "Wireframe", "wireframe"),
+)
