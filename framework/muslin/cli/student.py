@@ -242,3 +242,62 @@ def upgrade(
 
     done = upgrading.upgrade(find(folder), really=not dry_run)
     typer.echo("\n".join(upgrading.told(done, really=not dry_run)))
+
+
+@app.command()
+def explain(
+    task: OneTask = None,
+    case: Annotated[int | None, typer.Option(help="Which public case. Default: the worst.")] = None,
+    functions: Functions = None,
+) -> None:
+    """Show one public case step by step: inputs, what lies on the way, your variables, yours and expected."""
+    from muslin.student import explaining
+    from muslin.student.worker import Worker
+    from muslin.student.workspace import find
+
+    workspace = find(functions)
+    name = _one(workspace, task)
+    with Worker() as worker:
+        for line in worker.ask(
+            explaining.steps, workspace.folder, workspace.table.name, name, case, deadline=60
+        ):
+            typer.echo(line)
+    typer.echo(f"\nThe handout: {workspace.chapter(name)}")
+
+
+@app.command()
+def gradcheck(
+    tasks: Annotated[list[str] | None, typer.Argument(help="Derivatives to check. Default: all.")] = None,
+    functions: Functions = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Folder for the pictures. Default: runs/gradcheck.")
+    ] = None,
+) -> None:
+    """Compare derivatives with differences of every step size: a V-curve as a picture, and its slope."""
+    from muslin.student import gradcheck as v_curves
+    from muslin.student.worker import Worker
+    from muslin.student.workspace import find
+
+    workspace = find(functions)
+    asked = chosen_tasks(tasks, workspace.table)
+    names = [name for name in asked or workspace.table.tasks if name in v_curves.DERIVATIVES]
+    if asked and not names:
+        raise MuslinError(
+            f"{', '.join(asked)} is not a derivative.", f"There is: {', '.join(v_curves.DERIVATIVES)}."
+        )
+    folder = out or workspace.folder / "runs" / "gradcheck"
+    wrong = False
+    with Worker() as worker:
+        for found in worker.ask(
+            v_curves.curves, workspace.folder, workspace.table.name, tuple(names), deadline=60
+        ):
+            if isinstance(found, tuple):
+                name, why = found
+                wrong |= bool(asked)
+                typer.echo(f"---- {name}: {why.splitlines()[0]}")
+                continue
+            wrong |= not found.right
+            typer.echo("\n".join(v_curves.told(found)))
+            typer.echo(f"     {paths.shown(v_curves.plot(found, folder / f'{found.task}.png'))}")
+    if wrong:
+        raise typer.Exit(1)

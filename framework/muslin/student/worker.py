@@ -10,6 +10,7 @@ from __future__ import annotations
 import contextlib
 import importlib
 import multiprocessing
+import os
 import signal
 import sys
 import traceback
@@ -85,7 +86,9 @@ class Worker:
                 elif kind == "error":
                     raise what
                 else:
-                    raise RuntimeError(what)
+                    if os.environ.get("MUSLIN_DEBUG"):
+                        print(what, file=sys.stderr)
+                    raise RuntimeError(what.strip().splitlines()[-1])
         except (EOFError, OSError):
             self._process.join(5)
             code = self._process.exitcode or 0
