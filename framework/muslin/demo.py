@@ -53,32 +53,31 @@ def run(
 
     every = 1 if choose() == "cholmod" else 2  # what the slower solver took, the film gives back
     scene = scenes.get("drape", steps=STEPS)
-    with Filming(
-        scene,
-        out / "run",
-        out / "drape",
-        around=AROUND,
-        sinks=SINKS,
-        quality=quality,
-        every=every,
+    filming = Filming(
+        scene, out / "run", out / "drape", around=AROUND, sinks=SINKS, quality=quality, every=every,
         on_first=first,
-    ) as filming:
-        solution = load(paths.solution("cloth")) if paths.in_repository() else None
-        say(
-            f"Simulating a drape with {'the reference solution' if solution else 'the native element'} "
-            f"({choose()}), and filming it ..."
-        )
-        with progress("simulating") as tick:
+    )  # fmt: skip
+    try:
+        with filming:
+            solution = load(paths.solution("cloth")) if paths.in_repository() else None
+            say(
+                f"Simulating a drape with {'the reference solution' if solution else 'the native element'} "
+                f"({choose()}), and filming it ..."
+            )
+            with progress("simulating") as tick:
 
-            def on_step(step: int, steps: int) -> None:
-                tick(step, steps)
-                filming.on_step(step, steps)
+                def on_step(step: int, steps: int) -> None:
+                    tick(step, steps)
+                    filming.on_step(step, steps)
 
-            result = simulate(scene, functions=solution, out=out / "run", on_step=on_step)
-        if result.interrupted:
-            raise KeyboardInterrupt
-        with progress("filming") as tick:
-            written = filming.finish(tick)
+                result = simulate(scene, functions=solution, out=out / "run", on_step=on_step)
+            if result.interrupted:
+                raise KeyboardInterrupt
+            with progress("filming") as tick:
+                written = filming.finish(tick)
+    except KeyboardInterrupt:
+        say(f"Stopped. What was simulated and filmed until now is in {paths.shown(out)}.")
+        raise
     say("\nEnergies [J]\n  time [s]    kinetic    elastic    gravity      total")
     table = result.energies
     for row in table[:: max(1, len(table) // 8)]:

@@ -67,6 +67,7 @@ class Show:
             self.cloth = render.Material("strain", lo=1 - reach, hi=1 + reach)
             self.legend = render.Legend(1 - reach, 1 + reach)
         self._cameras: dict[int, render.Camera] = {}
+        self._ground = render.ground_surface((self.scene.ground or 0.0) - 0.004)
         self._fixed = None if around is None else render.fit_camera(around, self.scene.view, size)
 
     @property
@@ -89,10 +90,8 @@ class Show:
         cloth = render.Surface(self.frames[k], self.run.shown_triangles, self.cloth, self.uv, values)
         others = [_surface(c, self.depth) for c in self.colliders(k)]
         if self.scene.ground is not None:
-            middle = self.frames[k].mean(axis=0)
-            others.append(
-                render.ground_surface(self.scene.ground - 0.004, center=(float(middle[0]), float(middle[2])))
-            )
+            middle = self.frames[k].mean(axis=0) * (1, 0, 1)
+            others.append(replace(self._ground, vertices=self._ground.vertices + middle))
         return [cloth, *others]
 
     def colliders(self, k: int) -> list[Sphere | Capsule]:
