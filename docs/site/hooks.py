@@ -55,6 +55,7 @@ def mathml(formula: str, display: str = "inline") -> str:
     for parent in root.iter():
         _upright_words(parent)
     _norms(root)
+    _colons(root)
     if re.search(r"[\\$]", "".join(root.itertext())):
         raise PluginError(f"LaTeX is left over in the formula {formula.strip()!r}.")
     ElementTree.register_namespace("", MATHML)
@@ -76,6 +77,13 @@ def _norms(root: ElementTree.Element) -> None:
     bars = [mo for mo in root.iter(f"{{{MATHML}}}mo") if mo.text == NORM and "form" not in mo.attrib]
     for k, bar in enumerate(bars):
         bar.attrib |= {"form": "postfix" if k % 2 else "prefix", "stretchy": "false"}
+
+
+def _colons(root: ElementTree.Element) -> None:
+    """The dot product of matrices, A : B, is a relation and stands apart."""
+    for mo in root.iter(f"{{{MATHML}}}mo"):
+        if mo.text == ":":
+            mo.attrib |= {"lspace": "0.2em", "rspace": "0.2em"}
 
 
 class Inline(InlineProcessor):
