@@ -196,7 +196,7 @@ def _totals(rows: Sequence[Row], table: Assignment) -> str:
         tall = round(height * count / highest, 1)
         x = 4 + k * width / 10
         parts.append(
-            f'<rect class="bar" x="{x:g}" y="{20 + height - tall:g}" width="{width / 10 - 4:g}" height="{tall:g}"/>'
+            f'<rect class="tall" x="{x:g}" y="{20 + height - tall:g}" width="{width / 10 - 4:g}" height="{tall:g}"/>'
         )
         if count:
             parts.append(

@@ -1,0 +1,176 @@
+"""Submissions are found in every platform's layout, and no two students are taken for one."""
+
+import io
+import os
+import tarfile
+import zipfile
+
+import pytest
+
+from muslin import tasks
+from muslin.classes import finding
+from muslin.errors import MuslinError
+from muslin.grading.submission import collect
+
+TABLE = tasks.assignment("cloth")
+
+
+def put(path, text="x = 1\n"):
+    path.parent.mkdir(parents=True, exist_ok=True)
+    path.write_text(text, encoding="utf-8")
+    return path
+
+
+def packed(path, *names):
+    with zipfile.ZipFile(path, "w") as archive:
+        for name in names:
+            archive.writestr(name, "x = 1\n")
+    return path
+
+
+def found(folder):
+    submissions, _ = finding.find(folder, TABLE)
+    return {s.key: s for s in submissions}
+
+
+def handed(submission, tmp_path):
+    """The task files the grader sees."""
+    path = tmp_path / "handed"
+    path.write_bytes(finding.payload(submission, TABLE))
+    return collect(path, TABLE)
+
+
+def test_a_folder_or_an_archive_per_student(tmp_path):
+    put(tmp_path / "class/Jane Doe/cloth/stress.py")
+    packed(tmp_path / "class" / "Zoë  Ångström.zip", "stress.py")
+    put(tmp_path / "class/.DS_Store")
+    put(tmp_path / "class/read me.txt")
+    submissions, notes = finding.find(tmp_path / "class", TABLE)
+    assert [(s.key, s.name) for s in submissions] == [
+        ("jane-doe", "Jane Doe"),
+        ("zoe-angstrom", "Zoë Ångström"),
+    ]
+    assert notes == ["read me.txt: neither a folder nor an archive"]
+    for submission in submissions:
+        assert list(handed(submission, tmp_path).files) == ["stress.py"]
+
+
+def test_canvas_names(tmp_path):
+    packed(tmp_path / "doejane_12345_67890_my cloth.zip", "stress.py")
+    packed(tmp_path / "roejohn_LATE_222_333_cloth-1.zip", "stress.py")
+    students = found(tmp_path)
+    assert students.keys() == {"doejane-12345", "roejohn-222"}
+    assert students["roejohn-222"].late
+    assert not students["doejane-12345"].late
+    assert students["doejane-12345"].students == (finding.Student("doejane", "12345"),)
+
+
+def test_canvas_gives_each_upload_by_itself(tmp_path):
+    put(tmp_path / "class/doejane_1_100_stress.py", "old = 1\n")
+    put(tmp_path / "class/doejane_1_101_stress-1.py", "new = 1\n")
+    put(tmp_path / "class/doejane_1_102_collision.py")
+    put(tmp_path / "class/roe_2_103_collision.py")
+    students = found(tmp_path / "class")
+    assert students.keys() == {"doejane-1", "roe-2"}
+    files = handed(students["doejane-1"], tmp_path).files
+    assert files == {"stress.py": b"new = 1\n", "collision.py": b"x = 1\n"}
+    assert students["doejane-1"].notes == ("stress.py was handed in more than once; the newest was graded.",)
+
+
+def test_moodle_folders_and_files(tmp_path):
+    put(tmp_path / "class/Jane Doe_12_assignsubmission_file_/stress.py")
+    packed(tmp_path / "class" / "John Roe_13_assignsubmission_file_cloth.zip", "stress.py")
+    (tmp_path / "class/Ann Poe_14_assignsubmission_file").mkdir()
+    packed(tmp_path / "class/Ann Poe_14_assignsubmission_file" / "work.zip", "collision.py")
+    students = found(tmp_path / "class")
+    assert [(k, s.name) for k, s in students.items()] == [
+        ("ann-poe-14", "Ann Poe"), ("jane-doe-12", "Jane Doe"), ("john-roe-13", "John Roe"),
+    ]  # fmt: skip
+    assert list(handed(students["ann-poe-14"], tmp_path).files) == ["collision.py"]
+
+
+def test_gradescope_takes_names_and_groups_from_the_metadata(tmp_path):
+    pytest.importorskip("yaml")
+    put(tmp_path / "submission_11/stress.py")
+    put(tmp_path / "submission_12/stress.py")
+    put(
+        tmp_path / "submission_metadata.yml",
+        "---\nsubmission_11:\n  :submitters:\n  - :name: Jane Doe\n    :sid: '0042'\n    :email: j@x.edu\n"
+        "  - :name: 'Zoë: Roe'\n    :sid: \n    :email: z@x.edu\n  :created_at: 2026-01-01 10:00:00 Z\n",
+    )
+    students = found(tmp_path)
+    assert students["jane-doe-zoe-roe-11"].students == (
+        finding.Student("Jane Doe", "0042"),
+        finding.Student("Zoë: Roe", "z@x.edu"),
+    )
+    assert students["submission-12-12"].students == (finding.Student("submission_12", "12"),)
+
+
+def test_github_puts_the_assignment_before_the_name(tmp_path):
+    for name in ("hw3-cloth-janedoe", "hw3-cloth-jim-roe"):
+        put(tmp_path / "a" / name / "stress.py")
+        (tmp_path / "a" / name / ".git").mkdir()
+    assert [s.name for s in found(tmp_path / "a").values()] == ["janedoe", "jim-roe"]
+    put(tmp_path / "b/cloth-ann/stress.py")
+    put(tmp_path / "b/cloth-anna/stress.py")
+    assert [s.name for s in found(tmp_path / "b").values()] == ["ann", "anna"]
+    put(tmp_path / "c/team-a/stress.py")
+    put(tmp_path / "c/team-b/stress.py")
+    assert [s.name for s in found(tmp_path / "c").values()] == ["team-a", "team-b"]
+
+
+def test_equal_names_are_kept_apart_and_keys_stay_the_same(tmp_path):
+    for name in ("Jané Doe", "jane doe", "Jane_Doe", "李", "🧵"):
+        put(tmp_path / name / "stress.py")
+    keys = list(found(tmp_path))
+    assert len(set(keys)) == 5
+    assert keys == list(found(tmp_path))
+    assert all(set(key) <= set("abcdefghijklmnopqrstuvwxyz0123456789-") for key in keys)
+
+
+def test_the_same_files_give_the_same_bytes_whenever_and_wherever(tmp_path):
+    for where in ("a", "b"):
+        put(tmp_path / where / "Jane/stress.py")
+        os.utime(tmp_path / where / "Jane/stress.py", (len(where), len(where)))
+    (tmp_path / "b/Jane/stress.py").chmod(0o600)
+    first, second = (found(tmp_path / where)["jane"] for where in ("a", "b"))
+    assert finding.payload(first, TABLE) == finding.payload(second, TABLE)
+
+
+def test_links_lead_nowhere(tmp_path):
+    secret = put(tmp_path / "secret.py", "secret = 1\n")
+    put(tmp_path / "class/Jane/collision.py")
+    (tmp_path / "class/Jane/stress.py").symlink_to(secret)
+    (tmp_path / "class/John").symlink_to(tmp_path)
+    submissions, notes = finding.find(tmp_path / "class", TABLE)
+    assert [s.name for s in submissions] == ["Jane"]
+    assert notes == ["John: a link"]
+    assert b"secret" not in finding.payload(submissions[0], TABLE)
+    assert "link" in handed(submissions[0], tmp_path).refused["stress.py"]
+
+
+def test_what_the_grader_would_refuse_it_still_refuses(tmp_path):
+    put(tmp_path / "class/Jane/a/stress.py")
+    put(tmp_path / "class/Jane/b/stress.py")
+    put(tmp_path / "class/Jane/collision.py", "#" * 1_000_001)
+    put(tmp_path / "class/Jane/numpy.py", "evil = 1\n")
+    submission = found(tmp_path / "class")["jane"]
+    direct, through = collect(tmp_path / "class/Jane", TABLE), handed(submission, tmp_path)
+    assert through.refused == direct.refused
+    assert through.about.notes == direct.about.notes
+    assert (
+        tarfile.open(fileobj=io.BytesIO(finding.payload(submission, TABLE))).getmember("numpy.py").size == 0
+    )
+
+
+@pytest.mark.parametrize(
+    ("made", "said"),
+    [((), "no submission"), (("stress.py",), "one submission"), (None, "not a folder")],
+)
+def test_what_is_no_class_is_said_so(made, said, tmp_path):
+    for name in made or ():
+        put(tmp_path / "class" / name)
+    if made == ():
+        (tmp_path / "class").mkdir()
+    with pytest.raises(MuslinError, match=said):
+        finding.find(tmp_path / "class", TABLE)
