@@ -5,6 +5,7 @@ set -euo pipefail
 source=/autograder/source
 target=/opt/muslin
 
+PATH=/usr/local/bin:/usr/bin:/bin:/usr/sbin:/sbin # a Python that every user may run, not one of root's own
 export DEBIAN_FRONTEND=noninteractive
 apt-get update -qq
 apt-get install -y -qq --no-install-recommends libx11-6 python3 python3-venv
