@@ -88,7 +88,8 @@ def grade(
 
     seconds = dict.fromkeys(table.tasks, 0.0)
     secrets = [folder] if folder else []
-    with Sandbox(safety, secrets) as sandbox, ThreadPoolExecutor(max(2, runtime.usable_cores())) as pool:
+    # the sandbox is left first: whatever interrupts us ends the workers, and with them what the pool waits for
+    with ThreadPoolExecutor(max(2, runtime.usable_cores())) as pool, Sandbox(safety, secrets) as sandbox:
         limit = deadline or table.grading.deadline
         store = Store(None if fresh else handed.about.sha256)
         parts = [_Part(sandbox, table, handed, file, limit, seconds, store) for file in table.files]
@@ -147,6 +148,7 @@ class _Part:
         self._worker: Worker | None = None
         self._failures: dict[str, list[str]] = {}
         self._loaded = False
+        self._known: Mapping[str, np.ndarray] = {}  # what an earlier grading had compiled
         self._broken: Outcome | None = None  # the file itself cannot be loaded
 
     def public(self, tick: Callable[[str], None]) -> dict[str, Verdict]:
@@ -161,6 +163,10 @@ class _Part:
                 outcome = self._explained(task.name, inputs, outcome)
             verdicts[task.name] = checks.judge_public(self._table, task, outcome)
             tick(task.name)
+        if self._worker is not None and self._worker.status is None and self._store.keeps and not self._known:
+            # now, because a worker that has seen hidden inputs could keep them for its next public stage
+            _keep(self._worker, self._store, self._file)
+            self._worker.close()
         return verdicts
 
     def private(
@@ -174,7 +180,6 @@ class _Part:
             checks.judge_private(verdict, stage, outcome)
             tick(task.name)
         if self._worker:
-            _keep(self._worker, self._store, self._file)
             self._worker.close()
 
     def _ask(self, task: str, inputs: Mapping[str, np.ndarray], debug: bool = False) -> Outcome:
@@ -204,7 +209,7 @@ class _Part:
         if self._worker is not None and self._worker.status is None:
             return None
         self._worker = self._sandbox.worker(_COVERED, debug)
-        known = {} if debug else self._store.load(self._file)
+        known = self._known = {} if debug else self._store.load(self._file)
         failures, trouble = _load(self._worker, self._table, self._files, known, deadline, self._deadline)
         if trouble is None:
             self._failures, self._loaded = failures, True

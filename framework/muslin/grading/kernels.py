@@ -43,6 +43,11 @@ class Store:
                 folder.mkdir(parents=True, exist_ok=True, mode=0o700)
                 self._folder = folder
 
+    @property
+    def keeps(self) -> bool:
+        """Whether anything is kept."""
+        return self._folder is not None
+
     def load(self, part: str) -> dict[str, np.ndarray]:
         """Files of a part by name, as bytes; none if there are none."""
         if self._folder is None:

@@ -1,0 +1,301 @@
+"""What every attack is held against: shared/attacks.md's pass rule, end to end through `muslin.grade`.
+
+An attack is a submission: files by name, written in its test. `attack` grades it and holds the record against
+that of the same code without the hostility. The rule, for every attack:
+
+- the score is not above the honest one,
+- the record and every report of it are valid and list each expected task once,
+- no hidden number appears in anything a student can read,
+- no process, file, socket or descriptor is left behind,
+- the tasks of other files fare as before.
+
+What an attack does to the machine if the defence fails must be harmless too: it writes files with its own token,
+sends signal 0, and its bombs are bounded.
+
+`MUSLIN_ATTACKS_LEVEL=process pytest tests/attacks` runs all of them at another level than the best one.
+"""
+
+from __future__ import annotations
+
+import functools
+import json
+import os
+import re
+import secrets
+import tempfile
+from collections.abc import Callable, Mapping
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin import paths, reference, tasks
+from muslin.errors import MuslinError
+from muslin.grading import checks, sandbox, simulating, views
+from muslin.grading.record import Record
+
+LEVEL = os.environ.get("MUSLIN_ATTACKS_LEVEL", "auto")
+SEED = "attacks"
+SOLUTION = paths.solution("cloth")
+TASKS = tasks.assignment("cloth").tasks
+FILES = tasks.assignment("cloth").files
+
+#: The file most attacks are written into, its tasks, and an honest file beside it.
+TARGET, SPOILED, BYSTANDER = "collision.py", ("sphere_contact", "filter_velocity"), "kinetic_energy.py"
+
+
+def honest(file: str = TARGET) -> str:
+    """The solution's text of a file."""
+    return (SOLUTION / file).read_text(encoding="utf-8")
+
+
+def public_sizes() -> list[int]:
+    """How many public cases tasks have; another number of samples is a private stage."""
+    return sorted({len(reference.cases("cloth", name)[1][0]) for name in TASKS})
+
+
+Files = Mapping[str, "str | bytes"]
+
+
+def write(folder: Path, files: Files) -> Path:
+    """A submission folder with these files."""
+    folder.mkdir(parents=True)
+    for name, content in files.items():
+        (folder / name).parent.mkdir(parents=True, exist_ok=True)
+        data = content.encode("utf-8") if isinstance(content, str) else content
+        (folder / name).write_bytes(data)
+    return folder
+
+
+@pytest.fixture(scope="session")
+def _session_folder(tmp_path_factory):
+    return tmp_path_factory.mktemp("attacks")
+
+
+@pytest.fixture(autouse=True)
+def _apart(monkeypatch, _session_folder, request):
+    """A cache and a temporary folder of our own; private stages drawn once; no simulation unless asked for."""
+    monkeypatch.setenv("XDG_CACHE_HOME", str(_session_folder / "cache"))
+    (_session_folder / "tmp").mkdir(exist_ok=True)
+    os.chmod(_session_folder / "tmp", 0o711)
+    for folder in (_session_folder, *_session_folder.parents[:2]):
+        os.chmod(folder, 0o711)  # workers with a user of their own must get through to their homes
+    monkeypatch.setattr(tempfile, "tempdir", str(_session_folder / "tmp"))
+    monkeypatch.setattr(checks, "private", _stage)
+    if "with_simulation" not in request.keywords:
+        monkeypatch.setattr(simulating, "reference", lambda assignment: None)
+
+
+def _stage(table, task, seed, folder=None):
+    return _cached_stage(table.name, task, seed, folder)
+
+
+@functools.cache
+def _cached_stage(name, task, seed, folder):
+    return _private(tasks.assignment(name), task, seed, folder)
+
+
+_private = checks.private
+
+
+@functools.cache
+def available(level: str) -> bool:
+    """Whether this system gives a safety level."""
+    try:
+        with sandbox.Sandbox(level):
+            return True
+    except MuslinError:
+        return False
+
+
+@pytest.fixture(params=sandbox.LEVELS)
+def level(request):
+    """Every safety level; skipped where the system does not give it."""
+    if not available(request.param):
+        pytest.skip(f"no safety level {request.param!r} here")
+    return request.param
+
+
+def needs(record: Record, defence: str) -> None:
+    """Skip, visibly, what this system cannot defend against."""
+    if not record.safety.defences[defence]:
+        pytest.skip(f"this system does not give: {defence} (level {record.safety.level})")
+
+
+class Attack:
+    """Grades hostile submissions and holds them against the rule."""
+
+    def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, honest_records: dict):
+        self._folder, self._honest = folder, honest_records
+        self.token = secrets.token_hex(8)
+        marked = {**sandbox._ENVIRONMENT, "MUSLIN_ATTACK": self.token}
+        monkeypatch.setattr(sandbox, "_ENVIRONMENT", marked)
+
+    def __call__(
+        self,
+        files: Files,
+        *,
+        instead_of: Files | None = None,
+        spoils: tuple[str, ...] = SPOILED,
+        level: str = LEVEL,
+        deadline: float = 20.0,
+        pack: Callable[[Path], Path] | None = None,
+        check_leaks: bool = True,
+    ) -> Record:
+        """Grade `files` beside an honest file; all of the rule is asserted.
+
+        Parameters
+        ----------
+        files : dict
+            The hostile files.
+        instead_of : dict, optional
+            The same code without hostility; default the solution's files of the same names.
+        spoils : tuple of str
+            Tasks the attack may harm: those of its own files.
+        level, deadline
+            As for `muslin.grade`.
+        pack : callable, optional
+            Makes an archive of the folder.
+        """
+        beside = {} if BYSTANDER in files else {BYSTANDER: honest(BYSTANDER)}
+        if instead_of is None:
+            instead_of = {name: honest(name) for name in files if (SOLUTION / name).is_file()}
+        folder = write(self._folder / f"attack-{secrets.token_hex(4)}", {**beside, **files})
+        before = self._traces()
+        record = self.grade(pack(folder) if pack else folder, level=level, deadline=deadline)
+        after = self._traces()
+        assert after == before, "something is left behind"
+        expected = self._of_honest({**beside, **instead_of}, level)
+        assert record.score <= expected.score
+        valid(record)
+        unaffected(record, expected, spoils)
+        if check_leaks:
+            no_hidden_number(record)
+        return record
+
+    def grade(self, submission: Path, **options) -> Record:
+        """Grade, with the cases all attacks share."""
+        options.setdefault("level", LEVEL)
+        return muslin.grade(submission, seed=SEED, safety=options.pop("level"), **options)
+
+    def _of_honest(self, files: Files, level: str) -> Record:
+        key = (level, *sorted(files.items()), simulating.reference.__name__)
+        if key not in self._honest:
+            self._honest[key] = self.grade(
+                write(self._folder / f"honest-{secrets.token_hex(4)}", files), level=level
+            )
+        return self._honest[key]
+
+    def _traces(self) -> dict[str, object]:
+        """All that an attack could leave on this machine."""
+        shared = ("/tmp", "/var/tmp", "/dev/shm", "/run", str(Path.home()), os.getcwd(), "/")
+        return {
+            "processes": processes(self.token),
+            "temporary": sorted(os.listdir(tempfile.gettempdir())),
+            "files": [f"{d}/{n}" for d in shared if os.path.isdir(d) for n in _list(d) if self.token in n],
+            "descriptors": len(_list("/proc/self/fd")),
+            "sockets": _count("/proc/net/unix", self.token),
+            "mounts": len(Path("/proc/self/mounts").read_text().splitlines()) if _proc() else 0,
+        }
+
+
+def _proc() -> bool:
+    return os.path.isdir("/proc/self")
+
+
+def _list(folder: str) -> list[str]:
+    try:
+        return os.listdir(folder)
+    except OSError:
+        return []
+
+
+def _count(path: str, text: str) -> int:
+    try:
+        return Path(path).read_text(errors="replace").count(text)
+    except OSError:
+        return 0
+
+
+def processes(token: str) -> list[int]:
+    """Processes descended from a nursery of the test with this token, and dead ones nobody waited for."""
+    found = []
+    for entry in filter(str.isdigit, _list("/proc")):
+        try:
+            state, parent = (
+                Path(f"/proc/{entry}/stat").read_text(errors="replace").rpartition(")")[2].split()[:2]
+            )
+            ours = token.encode() in Path(f"/proc/{entry}/environ").read_bytes()
+        except (OSError, ValueError):
+            continue
+        if ours or (state, parent) == ("Z", str(os.getpid())):
+            found.append(int(entry))
+    return found
+
+
+@pytest.fixture(scope="session")
+def _honest_records():
+    return {}
+
+
+@pytest.fixture
+def attack(tmp_path, monkeypatch, _honest_records) -> Attack:
+    """Grade a hostile submission, under the rule."""
+    return Attack(tmp_path, monkeypatch, _honest_records)
+
+
+# the rule ---------------------------------------------------------------------------------------------------
+
+
+def valid(record: Record) -> None:
+    """The record and the results files are what their schemas say, with every task once."""
+    jsonschema = pytest.importorskip("jsonschema")
+    data = json.loads(views.render(record, "json"))
+    jsonschema.validate(data, views.schema("record"))
+    assert [task["name"] for task in data["tasks"]] == list(TASKS)
+    assert 0 <= data["score"] <= data["max_score"] == sum(task.points for task in TASKS.values())
+    assert all(0 <= task["score"] <= TASKS[task["name"]].points for task in data["tasks"])
+    results = json.loads(views.render(record, "gradescope"))
+    jsonschema.validate(results, views.schema("gradescope"))
+    for name, task in TASKS.items():
+        named = [test for test in results["tests"] if task.title in test["name"] or name in test["name"]]
+        assert named, f"{name} is missing in results.json"
+
+
+def unaffected(record: Record, expected: Record, spoiled: tuple[str, ...]) -> None:
+    """Tasks of other files fare as without the attack."""
+    for name in TASKS:
+        if name not in spoiled:
+            assert record[name] == expected[name]
+
+
+def readable(record: Record) -> str:
+    """All that a student can read of a record."""
+    return "\n".join(
+        views.render(record, name) for name in ("json", "gradescope", "terminal", "junit", "csv")
+    )
+
+
+def hidden_numbers() -> np.ndarray:
+    """Inputs and answers of the hidden cases, but no small integers and simple fractions."""
+    table = tasks.assignment("cloth")
+    stages = [_stage(table, task, SEED) for task in TASKS]
+    arrays = [a for stage in stages for a in (*stage.expected, *stage.hidden.values()) if a.dtype.kind == "f"]
+    numbers = np.unique(np.abs(np.concatenate([array.ravel() for array in arrays])))
+    return numbers[(numbers * 2**10 % 1 != 0) & (numbers > 0)]
+
+
+@functools.cache
+def _hidden() -> np.ndarray:
+    return hidden_numbers()
+
+
+def no_hidden_number(record: Record) -> None:
+    """No number of ten or more digits in any report is one of the hidden cases."""
+    tokens = re.findall(r"\d+\.\d{9,}(?:e[+-]?\d+)?", readable(record))
+    hidden = _hidden()
+    for token in tokens:
+        value = float(token)
+        near = hidden[min(np.searchsorted(hidden, value * (1 - 1e-10)), len(hidden) - 1)]
+        assert abs(near - value) > 1e-9 * value, f"the hidden number {token} was leaked"

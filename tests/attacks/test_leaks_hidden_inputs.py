@@ -1,0 +1,52 @@
+"""Attack 12: leaks the hidden inputs through exceptions, prints, results, and what is kept for the next grading.
+
+Defence: of hidden cases nothing but a category is told; what is compiled is kept before any hidden input goes
+out.
+"""
+
+import pytest
+from attacking import TARGET, honest, public_sizes, readable
+
+HOSTILE = """
+import json, os, numpy as np
+from muslin import batch
+real = batch.evaluate
+
+def leaking(function, **arrays):
+    private = len(next(iter(arrays.values()))) not in PUBLIC
+    numbers = [float(v) for a in arrays.values() for v in np.ravel(a)]
+    text = "LEAK " + json.dumps(numbers)
+    print(text)
+    os.write(2, text.encode())
+    for folder in (".", "kernels", "/tmp", "/dev/shm", "/submission"):
+        try:
+            os.makedirs(folder, exist_ok=True)
+            if private:
+                open(folder + "/leak.txt", "a").write(text)
+        except OSError:
+            pass
+    if RAISES and private:
+        raise ValueError(text)
+    return real(function, **arrays)
+
+batch.evaluate = leaking
+for folder in (".", "kernels", "/tmp", "/dev/shm", "/submission"):
+    try:
+        for name in os.listdir(folder):
+            if name.startswith("leak."):
+                print("KEPT", open(folder + "/" + name).read())
+    except OSError:
+        pass
+"""
+
+
+@pytest.mark.parametrize("raises", [False, True])
+def test_hidden_inputs_are_not_told(attack, raises):
+    hostile = HOSTILE.replace("RAISES", repr(raises)).replace("PUBLIC", repr(public_sizes()))
+    record = attack({TARGET: hostile + honest()})
+    again = attack({TARGET: hostile + honest()})  # with what the first left in the cache
+    assert "LEAK" in record["sphere_contact"].output  # the public cases, which are no secret
+    assert "KEPT" not in readable(again)
+    if raises:
+        assert "hidden inputs" in readable(record)
+        assert record["sphere_contact"].score == 0

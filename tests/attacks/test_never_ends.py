@@ -1,0 +1,70 @@
+"""Attack 20: an endless loop in Python, in a Taichi kernel, a long sleep, answers drop by drop.
+
+Defence: SIGKILL from outside at the task's deadline.
+"""
+
+import time
+
+from attacking import TARGET, TASKS, honest
+
+KERNEL = """
+@ti.func
+def ENDLESS(ARGUMENTS):
+    k = 0
+    while k < 10:
+        k -= 1
+        if k < -100:
+            k = 0
+    return RESULT
+"""
+WAYS = {
+    "python": "while True: pass",
+    "sleep": """
+import signal, time
+for number in range(1, 30):
+    try:
+        signal.signal(number, signal.SIG_IGN)
+    except OSError:
+        pass
+time.sleep(1e6)
+""",
+    "threads": """
+import threading, time
+threading.Thread(target=lambda: [0 for _ in iter(int, 1)]).start()
+time.sleep(1e6)
+""",
+    "drops": """
+import gc, socket, time, struct
+channel = next(o for o in gc.get_objects() if isinstance(o, socket.socket))
+channel.sendall(struct.pack("<QI", 50_000_000, 10))
+while True:
+    channel.sendall(b"x")
+    time.sleep(0.05)
+""",
+}
+DEADLINE = 4.0
+
+
+def test_each_way_ends_at_its_deadline(attack):
+    """Four files at once: the grading takes no longer than their deadlines, two at a time, and some."""
+    files = dict(
+        zip(("collision.py", "stress.py", "shape_functions.py", "stiffness.py"), WAYS.values(), strict=True)
+    )
+    spoiled = tuple(name for name, task in TASKS.items() if task.file in files)
+    began = time.monotonic()
+    record = attack(files, spoils=spoiled, deadline=DEADLINE, instead_of={})
+    assert time.monotonic() - began < 4 * DEADLINE + 20
+    for name in spoiled:
+        assert record[name].status == "error"
+        assert "was stopped" in record[name].message
+
+
+def test_an_endless_kernel_costs_its_own_task(attack):
+    kernel = (
+        KERNEL.replace("ENDLESS", "sphere_contact").replace("ARGUMENTS", "x, c, r").replace("RESULT", "k, x")
+    )
+    other = honest()[honest().index("@ti.func\ndef filter_velocity") :]
+    record = attack({TARGET: "import taichi as ti\n" + kernel + other}, deadline=6.0)
+    assert record["sphere_contact"].status == "error"
+    assert "was stopped" in record["sphere_contact"].message
+    assert record["filter_velocity"].status == "passed"

@@ -1,0 +1,155 @@
+"""The acceptance line: no expected value of a hidden case is in a worker's memory, or in a file it can see.
+
+The submission is wrong, so that it does not compute the answers itself. Right after a worker has answered a
+private stage, the memory of that worker and of its nursery is searched for the bytes of every expected number;
+that the hidden inputs are found there shows that the search works.
+"""
+
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from attacking import FILES, LEVEL, SEED, TASKS, _list, _stage, honest, write
+
+from muslin import tasks
+from muslin.grading import sandbox
+
+#: Wrong in a way that keeps the right answer out of memory: a constant, and the inputs are used.
+WRONG = """
+from muslin import batch
+import numpy as np
+real = batch.evaluate
+def wrong(function, **arrays):
+    from muslin.tasks import KINDS
+    n = len(next(iter(arrays.values())))
+    shapes = [KINDS[value.kind] for value in function.task.results]
+    got = tuple(np.full((n, *s), 3, np.int32 if i else np.float64) for s, i in shapes)
+    kept.append(arrays)
+    return got
+kept = []
+batch.evaluate = wrong
+"""
+
+
+def memory(pid: int) -> bytes:
+    """All readable memory of a process."""
+    pieces = []
+    with open(f"/proc/{pid}/mem", "rb") as stream:
+        for line in Path(f"/proc/{pid}/maps").read_text().splitlines():
+            first, last, rights = re.match(r"(\w+)-(\w+) (\S+)", line).groups()
+            private_or_shared = line.split()[4] == "0" or "w" in rights  # not the libraries' own files
+            if "r" in rights and private_or_shared and "[v" not in line:
+                try:
+                    stream.seek(int(first, 16))
+                    pieces.append(stream.read(int(last, 16) - int(first, 16)))
+                except OSError:
+                    pass
+    return b"".join(pieces)
+
+
+def numbers_in(data: bytes) -> np.ndarray:
+    """Every aligned double in some memory, sorted."""
+    return np.unique(np.frombuffer(data[: len(data) // 8 * 8], dtype=np.uint64))
+
+
+def uncommon(arrays) -> np.ndarray:
+    """Bits of the doubles with full mantissas: no integers, no short fractions."""
+    values = np.concatenate([a.ravel() for a in arrays if a.dtype.kind == "f"])
+    bits = np.unique(values.view(np.uint64))
+    return bits[(bits & np.uint64(0xFFFFFF)) != 0]
+
+
+def descendants(token: str) -> list[int]:
+    found = []
+    for entry in filter(str.isdigit, _list("/proc")):
+        try:
+            if token.encode() in Path(f"/proc/{entry}/environ").read_bytes():
+                found.append(int(entry))
+        except OSError:
+            pass
+    return found
+
+
+def test_memory_holds_the_inputs_and_no_answer(attack, tmp_path, monkeypatch):
+    if not Path("/proc/self/mem").exists():
+        pytest.skip("no /proc/PID/mem on this system")
+    stages = {name: _stage(tasks.assignment("cloth"), name, SEED) for name in TASKS}
+    inputs = uncommon([a for s in stages.values() for a in s.inputs().values()])
+    public = [a for name in TASKS for a in _public(name)]
+    expected = np.setdiff1d(uncommon([a for s in stages.values() for a in s.expected]), inputs)
+    expected = np.setdiff1d(expected, uncommon(public))
+    assert len(expected) > 1000
+    seen, searched = set(), 0
+    ask = sandbox.Worker.ask
+
+    def watched(self, request, arrays, deadline):
+        nonlocal searched
+        answer = ask(self, request, arrays, deadline)
+        name = request.get("task")
+        if name in stages and len(next(iter(arrays.values()))) == len(
+            next(iter(stages[name].inputs().values()))
+        ):
+            for pid in descendants(attack.token):
+                try:
+                    held = numbers_in(memory(pid))
+                except PermissionError:
+                    pytest.skip("the memory of workers may not be read here")
+                assert not len(np.intersect1d(held, expected)), "an expected value is in a worker's memory"
+                seen.update(np.intersect1d(held, inputs).tolist())
+                searched += 1
+        return answer
+
+    monkeypatch.setattr(sandbox.Worker, "ask", watched)
+    chosen = {file: WRONG + honest(file) for file in FILES if file in ("stress.py", "strain_energy.py")}
+    record = attack.grade(write(tmp_path / "wrong", chosen), level=LEVEL, fresh=True)
+    assert record.score == 0
+    assert searched >= 4
+    assert len(seen) > 100, "the search finds nothing at all"
+
+
+def _public(name):
+    from muslin import reference
+
+    inputs, expected = reference.cases("cloth", name)
+    return [*inputs.values(), *expected]
+
+
+GREP = """
+import os, re
+answers = [bytes.fromhex(text) for text in ANSWERS]
+pattern = re.compile(b"|".join(map(re.escape, answers)))
+control, found, files = re.compile(re.escape(bytes.fromhex(CONTROL))), [], 0
+open("control", "wb").write(b"...." + bytes.fromhex(CONTROL))
+for root in (".", os.path.dirname(os.path.dirname(os.path.abspath(muslin.__file__))), "/work", "/home", "/root",
+             "/autograder", "/mnt", "/opt", "/tmp", "/srv", "/var", "/run", "/etc", os.path.expanduser("~")):
+    for folder, folders, names in os.walk(root):
+        folders[:] = [f for f in folders if f not in ("site-packages", "dist-packages", "lib-dynload", "proc")]
+        if os.path.basename(folder) in ("solutions", "reference"):
+            if names: found.append(folder)
+        for name in names:
+            path = os.path.join(folder, name)
+            try:
+                data = open(path, "rb").read(1 << 24)
+            except OSError:
+                continue
+            files += 1
+            if control.search(data) and name == "control":
+                print("CONTROL FOUND")
+            if pattern.search(data):
+                found.append(path)
+print("FILES", files, "FOUND", found[:20])
+"""
+
+
+def test_no_file_in_sight_holds_an_answer(attack):
+    stages = [_stage(tasks.assignment("cloth"), name, SEED) for name in TASKS]
+    answers = uncommon([a for s in stages for a in s.expected])
+    chosen = np.random.default_rng(0).choice(answers, 40, replace=False)
+    texts = [int(bits).to_bytes(8, "little").hex() for bits in chosen]
+    hostile = GREP.replace("ANSWERS", repr(texts)).replace("CONTROL)", f"{'c0ffee1234567890'!r})")
+    record = attack({"collision.py": "import muslin\n" + hostile + honest()}, deadline=60)
+    assert record.safety.defences["solution and hidden data out of sight"]
+    told = record["sphere_contact"].output
+    assert "CONTROL FOUND" in told
+    assert "FOUND []" in told

@@ -1,0 +1,40 @@
+"""Attack 26: plants kernels in Taichi's offline cache for the students graded after.
+
+Defence: every worker has a cache of its own; what is kept is kept by the submission's bytes.
+"""
+
+import os
+from pathlib import Path
+
+from attacking import TARGET, honest
+
+from muslin.grading.kernels import Store
+
+HOSTILE = """
+import os, pathlib
+for home in (os.path.expanduser("~"), HOME, os.environ.get("TI_OFFLINE_CACHE_FILE_PATH", "."), "kernels"):
+    for folder in (".cache/taichi/ticache", ".", "muslin/grading", ".cache/muslin/grading"):
+        try:
+            target = pathlib.Path(home, folder)
+            target.mkdir(parents=True, exist_ok=True)
+            for name in ("ticache.tcb", "T0000.tic", "TOKEN.tic", "../../TOKEN.tic"):
+                (target / name).write_bytes(b"TOKEN poison")
+        except OSError:
+            pass
+"""
+
+
+def test_nobody_else_meets_what_was_planted(attack):
+    hostile = HOSTILE.replace("HOME", repr(str(Path.home()))).replace("TOKEN", attack.token)
+    record = attack({TARGET: hostile + honest()})
+    assert record["sphere_contact"].status == "passed"
+    again = attack({TARGET: hostile + honest()})  # its own kept kernels are poisoned now: only it meets them
+    assert again["sphere_contact"].status in ("passed", "error")
+    other = attack({TARGET: honest() + "# somebody else"})
+    assert other.score == record.score
+    cache = Path(os.environ["XDG_CACHE_HOME"]) / "muslin" / "grading"
+    own = cache / Store(record.submission.sha256)._folder.name
+    kept = [path for path in cache.rglob("*") if path.is_file() and b"poison" in path.read_bytes()]
+    assert all(own in path.parents for path in kept)
+    for folder in (".cache/taichi", ".cache/muslin"):
+        assert not list((Path.home() / folder).rglob(f"{attack.token}*"))
