@@ -22,8 +22,38 @@ ADVICE: tuple[tuple[str, str], ...] = (
         "Name the result before the branch, change it inside, return it once at the end.",
     ),
     (
-        r"\b(np|numpy|math)\.",
+        r"Did you mean to use `ti\.|0-dimensional (numpy )?array|\b(np|numpy|math)\.",
         "NumPy and math do not run inside a Taichi function: use ti.sqrt, ti.max, .dot, .cross.",
+    ),
+    (
+        r"'list' object has no attribute|multiply sequence|concatenate list|'list' and|and 'list'",
+        "A Python list is not a vector: write ti.Vector([...]).",
+    ),
+    (
+        r"Cannot loop over|Input to ti.static|when calling `(enumerate|zip|reversed)`",
+        "Loop over numbers: for k in ti.static(range(3)), and take v[k], or A[k, :] for a row.",
+    ),
+    (
+        r"when calling `(sum|min|max|len|sorted)`",
+        "Vectors have methods for that: v.sum(), v.max(), v.min(). Of single numbers, ti.max(a, b).",
+    ),
+    (
+        r"when calling `\w+`",
+        "Write @ti.func on the line above the def of the function that is called.",
+    ),
+    (
+        r"Expected 2 indices, got 1",
+        "An entry of a matrix is A[i, j], a row is A[i, :].",
+    ),
+    (r"no attribute 'T'", "The transpose is A.transpose()."),
+    (
+        r"Name \"\w+\" is not defined",
+        "Is it spelt like that elsewhere? A variable born inside an if or a loop is unknown after it: give it a "
+        "value before.",
+    ),
+    (
+        r"unsupported operand.*(matrix|vector of \d) and a (\d|vector)",
+        "The two have different sizes: + and - need the same size, * works entry by entry, @ multiplies matrices.",
     ),
     (
         r"matmul|dimension mismatch",
@@ -55,7 +85,7 @@ ADVICE: tuple[tuple[str, str], ...] = (
         "That name is a function here, not one of this task's arguments.",
     ),
     (r"TypedConstant", "None and other Python objects are not numbers."),
-    (r"\^(?! *\^)[^\^\n]*\n.*unsupported operand", "Power is ** in Python."),
+    (r"\^[^\n]*\n.*unsupported operand", "Power is ** in Python."),
     (r"has no attribute '(x0|x1|x2|X)'", "Vectors have no such part: v[0], v[1], v[2] are the components."),
     (
         r"unsupported operand",
@@ -98,7 +128,8 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
         return StudentCodeError(
             f"{where}: {name} calls itself, and a Taichi function cannot.", "Write a loop."
         )
-    advice = next((tip for pattern, tip in ADVICE if re.search(pattern, f"{snippet}\n{message}", re.I)), "")
+    code = "\n".join(line for line in snippet.splitlines() if line.strip(" ^\t"))  # without underlining
+    advice = next((tip for pattern, tip in ADVICE if re.search(pattern, f"{code}\n{message}", re.I)), "")
     if advice and re.match(
         r"\[\w+\.(cpp|h):", message
     ):  # an assertion of Taichi's compiler says nothing to anyone

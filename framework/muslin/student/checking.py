@@ -5,15 +5,20 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+from muslin.errors import MuslinError
 from muslin.student.worker import Crashed, Worker
 from muslin.student.workspace import Workspace
 
 GREEN, WRONG, TODO, ERROR = "green", "wrong", "to do", "error"
+
+#: Notes shown at most.
+MOST_NOTES = 3
 
 #: A worker is renewed after so many checks: each leaves about 4 MB of kernels behind.
 RENEWED_AFTER = 40
@@ -34,6 +39,8 @@ class Report:
         The worst public case of a wrong answer.
     mistake, advice : str
         The most likely mistake in words and one next step; empty where none is recognised.
+    notes : tuple of str
+        What a reader notices in the function's text (see `reading`).
     """
 
     task: str
@@ -42,13 +49,14 @@ class Report:
     case: int | None = None
     mistake: str = ""
     advice: str = ""
+    notes: tuple[str, ...] = ()
 
 
 def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[Report]:
     """Evaluate and judge tasks; runs in a worker."""
     from muslin import reference, tasks
     from muslin.batch import evaluate
-    from muslin.errors import MuslinError, NotImplementedYet
+    from muslin.errors import NotImplementedYet
 
     table = tasks.assignment(assignment)
     functions = tasks.load(folder, table)
@@ -61,7 +69,8 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
             yield Report(name, TODO, str(error))
             continue
         except MuslinError as error:
-            yield Report(name, ERROR, str(error))
+            message = str(error)
+            yield Report(name, ERROR, message, notes=_notes(folder, table.tasks[name], message))
             continue
         verdict = reference.compare(table.tasks[name], got, expected, inputs)
         if verdict.ok:
@@ -71,8 +80,22 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
 
         outputs = got if isinstance(got, tuple) else (got,)
         found = diagnose(table.tasks[name], outputs, expected, inputs, assignment)
-        report = Report(name, WRONG, verdict.message, verdict.case)
+        seen = _notes(folder, table.tasks[name])
+        report = Report(name, WRONG, verdict.message, verdict.case, notes=seen)
         yield replace(report, mistake=found.mistake, advice=found.advice) if found else report
+
+
+def _notes(folder: Path, task: Any, message: str = "") -> tuple[str, ...]:
+    """What is noticed in a task's text; of a complaint only about its own line, if it names one."""
+    from muslin.student import reading, source
+
+    try:
+        found = reading.notes(source.read(folder / task.file), task.name)
+    except MuslinError:
+        return ()
+    if (line := re.search(r", line (\d+)", message)) is not None:
+        found = [note for note in found if note.line == int(line[1])] or found
+    return tuple(str(note) for note in found[:MOST_NOTES])
 
 
 class Checker:
@@ -170,7 +193,8 @@ def told(workspace: Workspace, report: Report, width: int = 0, brief: bool = Fal
     if brief or report.status in (GREEN, TODO):
         return lines
     lines += [f"         {line}" for line in more]
-    rows = [("likely", report.mistake), ("try", report.advice), ("read", workspace.chapter(report.task))]
+    rows = [("likely", report.mistake), ("try", report.advice), *(("look", note) for note in report.notes)]
+    rows.append(("read", workspace.chapter(report.task)))
     if report.status == WRONG:
         at = f" --case {report.case}" if report.case is not None else ""
         rows.append(("more", f"muslin explain {report.task}{at}   or   muslin hint {report.task}"))
