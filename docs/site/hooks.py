@@ -93,6 +93,7 @@ class Inline(InlineProcessor):
         super().__init__(r"(?<![\\$\w])\$(?![\s$])([^$\n]+?)(?<![\s\\])\$(?![\w$])", md)
 
     def handleMatch(self, match: re.Match[str], data: str) -> tuple[str, int, int]:
+        """The formula, kept as HTML that nothing else touches."""
         return self.md.htmlStash.store(mathml(match[1])), match.start(0), match.end(0)
 
 
@@ -100,6 +101,7 @@ class Maths(Extension):
     """Maths in running text; after code spans, before backslash escapes."""
 
     def extendMarkdown(self, md: Any) -> None:
+        """Join in before backslashes are read."""
         md.inlinePatterns.register(Inline(md), "maths", 185)
 
 
@@ -163,11 +165,13 @@ _FENCE = re.compile(r" *(`{3,}|~{3,})")
 def deeper_lists(text: str) -> str:
     """List items continued below their text, as CommonMark has it, indented by four blanks a level instead.
 
-    A list that follows a paragraph directly gets its empty line.
+    A list that follows a paragraph directly gets its empty line, and so does an item that follows a paragraph
+    other than the first of the item before.
     """
     out: list[str] = []
     stack: list[int] = []  # columns where the text of the open items begins
     fence, shift = "", 0
+    paragraph = True  # whether text here is a paragraph of its own, not the first one of an item
     for line in text.splitlines():
         indent = len(line) - len(line.lstrip(" "))
         if fence:
@@ -177,16 +181,17 @@ def deeper_lists(text: str) -> str:
             continue
         if not line.strip():
             out.append("")
+            paragraph = True
             continue
         while stack and indent < stack[-1]:
             stack.pop()
         shift = 4 * len(stack) - (stack[-1] if stack else 0)
         item, opening = _ITEM.match(line), _FENCE.match(line)
         if item and indent + shift < 4 * len(stack) + 4:
-            above = out[-1] if out else ""
-            if above.strip() and not stack and not _ITEM.match(above) and not above.startswith(" "):
+            if out and out[-1].strip() and paragraph:
                 out.append("")
             stack.append(item.end())
+            paragraph = False
         elif opening:
             fence = opening[1]
         out.append(" " * (indent + shift) + line.lstrip(" "))
@@ -245,4 +250,3 @@ def commands() -> str:
 
     text = "\n".join(described(typer.main.get_command(app), "muslin"))
     return f"# Commands\n\nEvery command answers `--help`. `muslin doctor` says what a machine lacks.\n\n{text}\n"
-
