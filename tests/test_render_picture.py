@@ -165,6 +165,28 @@ def test_a_spheres_silhouette_has_the_area_of_its_tangent_cone():
         assert (share > 0.5).sum() == pytest.approx(area, rel=0.01)
 
 
+@pytest.mark.parametrize("quality", ["draft", "good", "best"])
+def test_no_background_shines_through_a_crumpled_surface(quality):
+    ball = sphere_surface((0, 0, 0), 0.5, Material("solid", "#c00000"), rings=60)
+    n = ball.normals
+    x = 0.5 * n * (1 + 0.1 * np.sin(23 * n[:, :1]) * np.sin(19 * n[:, 1:2]) * np.sin(21 * n[:, 2:]))
+    crumpled = Surface(x, ball.triangles, ball.material)
+    rng = np.random.default_rng(4)
+    size = (200, 200)
+    row, column = np.mgrid[:200, :200] + 0.5
+    for _ in range(4):
+        eye = 2 * unit(rng.normal(size=3))
+        camera = Camera(eye=tuple(eye), fov=34)
+        image = draw([crumpled], camera, size, quality, light=FLAT, background="#00ff00")
+        inside = np.hypot(row - 100, column - 100) < camera.focal(size) * 0.42 / 2
+        assert inside.sum() > 10000
+        assert image[inside][:, 1].max() < 40
+
+
+def unit(v):
+    return v / np.linalg.norm(v)
+
+
 def srgb_to_light(c):
     c = np.asarray(c) / 255
     return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
