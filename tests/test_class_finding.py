@@ -158,9 +158,8 @@ def test_what_the_grader_would_refuse_it_still_refuses(tmp_path):
     direct, through = collect(tmp_path / "class/Jane", TABLE), handed(submission, tmp_path)
     assert through.refused == direct.refused
     assert through.about.notes == direct.about.notes
-    assert (
-        tarfile.open(fileobj=io.BytesIO(finding.payload(submission, TABLE))).getmember("numpy.py").size == 0
-    )
+    with tarfile.open(fileobj=io.BytesIO(finding.payload(submission, TABLE))) as archive:
+        assert archive.getmember("numpy.py").size == 0
 
 
 @pytest.mark.parametrize(

@@ -1,0 +1,175 @@
+"""A small class through the command line: killed twice, gone on, then on a cluster; nothing lost or repeated."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parent / "benchmarks"))
+import class_of_200 as large  # type: ignore[import-not-found]
+
+from muslin.classes.ledger import Ledger
+from muslin.errors import MuslinError
+
+DEADLINE = ("--deadline", "10")
+
+
+def partial(task: str, body: str = "", added: str = "", pack: str = "folder", gradable: bool = True):
+    """The stubs with one file of the solution, and in that one function that may be wrong."""
+    file = large.TABLE.tasks[task].file
+    text, lost = large.SOLUTION[file], set(large.MOST) - large.of(file)
+    if body:
+        arguments = ", ".join(value.name for value in large.TABLE.tasks[task].arguments)
+        text = large.suite.replaced(text, task, f"@ti.func\ndef {task}({arguments}):\n{body}") + added
+        lost |= {task}
+    kind = f"{task}: {body[:30] or pack}"
+    return lambda draw: large.Made(kind, large.STUBS | {file: text}, lost, pack, gradable)
+
+
+def stubs(draw):
+    return large.Made("stubs", dict(large.STUBS), set(large.MOST))
+
+
+def broken(draw):
+    return large.Made("syntax", large.STUBS | {"stress.py": "def (:\n"}, set(large.MOST))
+
+
+#: Small, so that a grading is quick: a class of one right file, mistakes and attacks.
+MAKING = [
+    partial("mass_block"),
+    partial("interpolate", pack="cut", gradable=False),
+    partial("right_cauchy_green", "    return F @ F.transpose()\n"),
+    partial("sphere_contact", *large.ATTACKS["exit"][1:2], "\n\n" + large.ATTACKS["exit"][2]),
+    partial("d2psi_dFij", "    return 0.0 * U\n", pack="zip"),
+    broken,
+    stubs,
+    partial("nodal_force", "    return P @ grad_phi\n", pack="zip"),
+]
+
+
+@pytest.fixture(scope="module")
+def room(tmp_path_factory):
+    """A class, its submissions and the report of a run that was killed twice."""
+    home = tmp_path_factory.mktemp("class")
+    (home / "submissions").mkdir()
+    made = large.generate(home / "submissions", iter(MAKING))
+    run = large.command(home / "submissions", home / "report", *DEADLINE)
+    large.killed_after(2, run, home / "report", 200)
+    half = large.journal(home / "report")
+    large.killed_after(5, run, home / "report", 200)
+    done = subprocess.run(run, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    return home, made, half, done
+
+
+def test_killed_twice_no_verdict_is_wrong_lost_or_repeated(room):
+    home, made, half, done = room
+    large.check(home / "report", made)
+    assert large.journal(home / "report")[: len(half)] == half
+    assert f"{len(made) - 1} graded, 1 could not be." in done.stdout
+    assert "of them graded already" in done.stderr
+
+
+def test_what_cannot_be_read_is_named_with_its_reason(room):
+    home, _, _, done = room
+    (line,) = [line for line in done.stdout.splitlines() if line.startswith("  002 ")]
+    assert "neither a folder nor a zip nor a tar" in line
+    page = (home / "report/index.html").read_text(encoding="utf-8")
+    assert "Not graded" in page
+    assert "neither a folder nor a zip nor a tar" in page
+
+
+def test_a_cluster_says_the_same_to_the_last_byte(room):
+    pytest.importorskip("distributed")
+    home, made, _, _ = room
+    with large.cluster() as address:
+        run = large.command(home / "submissions", home / "cluster", *DEADLINE, "--scheduler", address)
+        done = subprocess.run(run, capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    large.check(home / "cluster", made)
+    assert (home / "cluster/grades.csv").read_bytes() == (home / "report/grades.csv").read_bytes()
+
+
+def test_what_is_graded_is_not_graded_again_and_scores_set_by_hand_stay(room):
+    home, made, _, _ = room
+    before = (home / "report/grades.csv").read_bytes()
+    student = next(name for name, submission in made.items() if submission.kind == "stubs")
+    (home / "by hand.csv").write_text(
+        f"student,task,score,reason\n{student},phi,2.5,shown in office hours <b>\n"
+        f"{next(iter(made))},,50,agreed with the dean\n",
+        encoding="utf-8",
+    )
+    run = large.command(home / "submissions", home / "report", *DEADLINE)
+    for _ in range(2):
+        done = subprocess.run(
+            [*run, "--overrides", str(home / "by hand.csv")], check=True, capture_output=True
+        )
+        with open(home / "report/grades.csv", encoding="utf-8", newline="") as stream:
+            rows = {row["student"]: row for row in csv.DictReader(stream)}
+        assert (rows[student]["phi"], rows[student]["score"]) == ("2.5", "2.5")
+        assert "phi set by hand to 2.5 (graded: 0): shown in office hours" in rows[student]["notes"]
+        assert rows[next(iter(made))]["score"] == "50"
+    key = next(
+        entry["key"] for entry in large.journal(home / "report") if entry["key"].startswith(student[:3])
+    )
+    for page in (home / "report/index.html", home / f"report/reports/{key}.html"):
+        assert "set by hand" in page.read_text(encoding="utf-8")
+        assert "office hours &lt;b&gt;" in page.read_text(encoding="utf-8")
+    subprocess.run(run, check=True, capture_output=True)
+    assert (home / "report/grades.csv").read_bytes() == before
+    assert len(large.journal(home / "report")) == len(made), done
+
+
+def test_half_written_and_foreign_results_are_not_taken(room, tmp_path):
+    home, *_ = room
+    ledger = Ledger(home / "report")
+    key = large.journal(home / "report")[0]["key"]
+    path = home / f"report/records/{key}.json"
+    whole = path.read_bytes()
+    stamp = json.loads(whole)["stamp"]
+    assert ledger.take(key, stamp) is not None
+    assert ledger.take(key, stamp | {"submission": "other"}) is None
+    other = Ledger(tmp_path)
+    for text in (whole[: len(whole) // 2], b"", b"[]", whole.replace(b'"key"', b'"kez"', 1)):
+        (tmp_path / f"records/{key}.json").write_bytes(text)
+        assert other.take(key, stamp) is None
+
+
+def test_two_runs_on_one_report_refuse_each_other_until_one_is_killed(tmp_path):
+    report = tmp_path / "report"
+    holder = subprocess.Popen(
+        [sys.executable, "-c", "import sys, time, pathlib\nfrom muslin.classes.ledger import Ledger\n"
+         "with Ledger(pathlib.Path(sys.argv[1])).locked():\n    print('held', flush=True)\n    time.sleep(60)",
+         str(report)],
+        stdout=subprocess.PIPE,
+    )  # fmt: skip
+    try:
+        assert holder.stdout.readline() == b"held\n"
+        with pytest.raises(MuslinError, match=f"process {holder.pid}"), Ledger(report).locked():
+            pass
+    finally:
+        holder.send_signal(signal.SIGKILL)
+        holder.wait()
+    with Ledger(report).locked():
+        assert (report / ".lock").read_text() == str(os.getpid())
+
+
+def test_a_worker_ends_with_whoever_started_it():
+    code = "import subprocess, sys, time\np = subprocess.Popen([sys.executable, '-m', 'muslin.classes.work'],\n" \
+        "stdin=subprocess.PIPE)\nprint(p.pid, flush=True)\ntime.sleep(60)"  # fmt: skip
+    parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
+    worker = int(parent.stdout.readline())
+    parent.kill()
+    parent.wait()
+    until = time.monotonic() + 20
+    while time.monotonic() < until and Path(f"/proc/{worker}").exists():
+        time.sleep(0.1)
+    assert not Path(f"/proc/{worker}").exists()
