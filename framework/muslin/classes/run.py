@@ -17,6 +17,9 @@ from muslin.grading.grader import _instructors
 from muslin.grading.record import from_json
 from muslin.grading.views.text import one_line, points
 
+#: How many submissions that could not be graded are named in the summary.
+NAMED = 20
+
 #: Called as (done, total) while grading and reporting go on.
 Tick = Callable[[int, int], None]
 
@@ -35,12 +38,15 @@ class Class:
         Of the report.
     notes : tuple of str
         What was passed over in the folder of submissions.
+    cpu : tuple of float
+        Processor time of each grading of this run [s].
     """
 
     rows: tuple[Row, ...]
     taken: int
     folder: Path
     notes: tuple[str, ...]
+    cpu: tuple[float, ...] = ()
 
     def told(self) -> str:
         """The class in a few lines."""
@@ -51,7 +57,14 @@ class Class:
             lines[0] += (
                 f" Median {points(statistics.median(totals))} points, mean {points(statistics.fmean(totals))}."
             )
-        lines += [f"  {one_line(row.submission.name)}: {one_line(row.error)}" for row in failed]
+        lines += [f"  {one_line(row.submission.name)}: {one_line(row.error)}" for row in failed[:NAMED]]
+        if len(failed) > NAMED:
+            lines.append(f"  and {len(failed) - NAMED} more; index.html names them all")
+        if self.cpu:
+            each = statistics.fmean(self.cpu)
+            lines.append(
+                f"{60 / each:.1f} submissions per minute and core ({each:.1f} s of processor time each)."
+            )
         return "\n".join(lines)
 
 
@@ -122,6 +135,7 @@ def grade_class(
         if on_find:
             on_find(len(found), taken)
         stamps: dict[str, dict[str, str]] = {}
+        cpu: list[float] = []
         total = len(waiting) + 1 + len(found) // 10  # a report costs a tenth of a grading
 
         def tick(done: int) -> None:
@@ -142,6 +156,7 @@ def grade_class(
                 for done, result in enumerate(engines.results(pool, width, function, terms, work()), 1):
                     ledger.keep(result, stamps[result.key])
                     results[result.key] = result
+                    cpu.append(result.cpu)
                     tick(done)
         if all(result.record is None for result in results.values()):
             why = next(iter(results.values())).error
@@ -154,7 +169,7 @@ def grade_class(
         alike = similarity.pairs(sources, _stubs(table))
         write(ledger.folder / "index.html", page.render(rows, table, printed, alike).encode())
         tick(total)
-    return Class(rows, taken, ledger.folder, tuple(notes))
+    return Class(rows, taken, ledger.folder, tuple(notes), tuple(cpu))
 
 
 def _row(submission: finding.Submission, result: Result, set_by_hand: tuple[overrides.Override, ...]) -> Row:
