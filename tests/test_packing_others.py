@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import json
 import os
 import re
@@ -9,6 +10,7 @@ import shutil
 import subprocess
 import sys
 import zipfile
+from importlib import metadata
 from importlib.util import find_spec
 from pathlib import Path
 
@@ -85,6 +87,26 @@ def _plain(line: str) -> str:
     versions = re.fullmatch(r"(.*?: *[\w-]*)(.*)", name)
     sorted_versions = ",".join(sorted(versions[2].strip().split(",")))
     return re.sub(r"[\s'\"()]", "", f"{versions[1]}{sorted_versions};{marker}")
+
+
+def test_everything_the_wheel_needs_is_pinned():
+    """From what is installed here: no requirement of a requirement is left to chance."""
+    pinned = {
+        line.split("==")[0].lower().replace("_", "-")
+        for line in (ROOT / ".ci" / "constraints.txt").read_text().splitlines()
+        if "==" in line
+    }
+    waiting, needed = ["muslin"], set()
+    while waiting:
+        for text in metadata.requires(waiting.pop()) or []:
+            name = re.match(r"[\w.-]+", text)[0].lower().replace("_", "-")
+            if "extra ==" not in text and name not in needed:
+                needed.add(name)
+                with contextlib.suppress(metadata.PackageNotFoundError):  # for another system or Python
+                    metadata.version(name)
+                    waiting.append(name)
+    assert needed >= {"taichi", "numpy"}
+    assert needed - pinned == set()
 
 
 # -------------------- what is refused

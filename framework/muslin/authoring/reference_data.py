@@ -19,7 +19,7 @@ import math
 import random
 import shutil
 import zipfile
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
@@ -462,6 +462,7 @@ def build(
     seed: int | str = PUBLIC_SEED,
     cases: int = PUBLIC_CASES,
     hidden: bool = False,
+    only: Collection[str] = (),
 ) -> Path:
     """Write the reference data of an assignment.
 
@@ -477,6 +478,8 @@ def build(
         Cases per task.
     hidden : bool
         Hidden data: they need a seed and a folder of their own, which nobody but their owner can read.
+    only : collection of str
+        Tasks to make data for, what is there of all others stays as it is. Default: all tasks.
 
     Returns
     -------
@@ -497,13 +500,18 @@ def build(
     folder.mkdir(parents=True, exist_ok=True)
     if hidden:
         folder.chmod(0o700)
+    kept = json.loads((folder / PROVENANCE).read_text(encoding="utf-8"))["files"] if only else {}
     files = {}
     for task in tasks.assignment(assignment_name).tasks:
+        if only and task not in only:
+            files[f"{task}.npz"] = kept[f"{task}.npz"]
+            continue
         arrays = make(assignment_name, task, seed, cases)
         _write_npz(folder / f"{task}.npz", arrays)
         files[f"{task}.npz"] = {"cases": cases, "sha256": _checksum(arrays)}
     if not hidden:
-        _write_simulation(assignment_name, folder)
+        if not only:
+            _write_simulation(assignment_name, folder)
         if (generator := paths.generator(assignment_name)).is_file() and folder != generator.parent:
             shutil.copyfile(generator, folder / generator.name)  # so that graders without solutions have it
     provenance = {

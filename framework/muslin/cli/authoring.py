@@ -1,4 +1,4 @@
-"""Commands of those who write assignments and have them graded: lint, release, pack, reference."""
+"""Commands of those who write assignments and have them graded: new, lint, release, pack, reference."""
 
 from __future__ import annotations
 
@@ -11,8 +11,42 @@ import typer
 from muslin import paths
 from muslin.cli.app import Out, app
 
+new_app = typer.Typer(help="Begin a new assignment or a new task, that works at once.", no_args_is_help=True)
+app.add_typer(new_app, name="new")
 reference_app = typer.Typer(help="Reference data: verify or build them.", no_args_is_help=True)
 app.add_typer(reference_app, name="reference")
+
+
+@new_app.command("assignment")
+def new_assignment(
+    name: Annotated[str, typer.Argument(help="Its name: small letters, digits and -.")],
+    task: Annotated[str, typer.Option(help="Name of its first task.")] = "example",
+) -> None:
+    """Write a new assignment with one task, release it and make its reference data."""
+    from muslin.authoring import scaffold
+
+    _begun(name, scaffold.new_assignment(name, task))
+
+
+@new_app.command("task")
+def new_task(
+    name: Annotated[str, typer.Argument(help="Name of the function.")],
+    assignment: Annotated[str, typer.Option(help="The assignment it belongs to.")] = "cloth",
+    file: Annotated[str | None, typer.Option(help="The file it goes to. Default: one of its own.")] = None,
+    section: Annotated[
+        str | None, typer.Option(help="Its section of the handout. Default: a new one.")
+    ] = None,
+) -> None:
+    """Add a task to an assignment, release it and make its reference data."""
+    from muslin.authoring import scaffold
+
+    _begun(assignment, scaffold.new_task(name, assignment, file, section))
+
+
+def _begun(assignment: str, written: list[Path]) -> None:
+    for path in written:
+        typer.echo(f"Wrote {paths.shown(path)}.")
+    typer.echo(f"It works already. What is still to be written: muslin lint {assignment}")
 
 
 @app.command()
