@@ -173,3 +173,32 @@ def test_a_worker_ends_with_whoever_started_it():
     while time.monotonic() < until and Path(f"/proc/{worker}").exists():
         time.sleep(0.1)
     assert not Path(f"/proc/{worker}").exists()
+
+
+def test_a_class_of_which_nothing_can_be_graded_is_an_error(tmp_path):
+    (tmp_path / "class").mkdir()
+    (tmp_path / "class/liar.zip").write_text("no zip")
+    done = subprocess.run(
+        large.command(tmp_path / "class", tmp_path / "report"), capture_output=True, text=True, check=False
+    )
+    assert done.returncode == 1
+    assert "muslin: None of 1 submissions could be graded. The first: liar is neither" in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("more", "said"),
+    [
+        (("--jobs", "2", "--scheduler", "tcp://127.0.0.1:9"), "Leave out --jobs"),
+        (("--hidden", "nowhere"), "holds no hidden reference data"),
+        (("--overrides", "nowhere.csv"), "nowhere.csv cannot be read"),
+        (("--assignment", "silk"), "silk"),
+    ],
+)
+def test_what_a_person_got_wrong_is_said_before_anything_is_graded(more, said, tmp_path):
+    (tmp_path / "class/Jane").mkdir(parents=True)
+    run = large.command(tmp_path / "class", tmp_path / "report", *more)
+    done = subprocess.run(run, capture_output=True, text=True, check=False, cwd=tmp_path)
+    assert done.returncode == 1
+    assert said in done.stderr
+    assert "Traceback" not in done.stderr
+    assert not (tmp_path / "report/journal.jsonl").exists()

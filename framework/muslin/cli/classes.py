@@ -8,7 +8,7 @@ from typing import Annotated
 import typer
 
 from muslin import paths
-from muslin.cli.app import app, progress
+from muslin.cli.app import INTERRUPTED, app, progress
 from muslin.cli.grading import Safety
 from muslin.errors import MuslinError
 
@@ -61,11 +61,15 @@ def class_grade(
         graded = f", {taken} of them graded already" if taken else ""
         typer.echo(f"{total} submission{'s' * (total != 1)}{graded}.", err=True)
 
-    with progress("grading") as tick:
-        graded = grade_class(
-            submissions, out, assignment, hidden=hidden, jobs=jobs, scheduler=scheduler, by_hand=overrides,
-            seed=seed, safety=safety.value, deadline=deadline, on_find=found, on_progress=tick,
-        )  # fmt: skip
+    try:
+        with progress("grading") as tick:
+            graded = grade_class(
+                submissions, out, assignment, hidden=hidden, jobs=jobs, scheduler=scheduler, by_hand=overrides,
+                seed=seed, safety=safety.value, deadline=deadline, on_find=found, on_progress=tick,
+            )  # fmt: skip
+    except KeyboardInterrupt:
+        typer.echo("Stopped; every result so far is kept. The same command goes on from here.", err=True)
+        raise typer.Exit(INTERRUPTED) from None
     for note in graded.notes:
         typer.echo(f"note: passed over {note}", err=True)
     typer.echo(graded.told())
