@@ -155,6 +155,9 @@ def _message(text: str) -> str:
     """What Taichi says is wrong: the end of the text, without stack or source lines."""
     last = text.splitlines()[-1] if text else "no message"
     last = re.sub(r"^(\w+\.)*(\w+(Error|Exception)): ", "", last)
+    last = re.sub(r"the object (<class '[\w.]+'>) in Taichi scope\..*", r"\1", last)
+    last = last.replace("<class 'list'>", "a Python list")
+    last = re.sub(r"<class 'taichi\.[\w. ]+'>|'Taichi Expression' object", "a vector, matrix or number", last)
     last = re.sub(r"'?\[Tensor \((\d+), (\d+)\) \w+\]'?", r"a \1x\2 matrix", last)
     last = re.sub(r"'?\[Tensor \((\d+)\) \w+\]'?", r"a vector of \1", last)
     return last.replace("module 'taichi.lang.matrix_ops'", "a vector or matrix").rstrip(".?") + "."

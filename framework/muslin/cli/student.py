@@ -156,12 +156,13 @@ def run(
     strain: Annotated[bool, typer.Option(help="Colour the cloth by its stretch, with a legend.")] = False,
 ) -> None:
     """Simulate and film a scene with your own functions; Muslin's stand in where yours are not right yet."""
+    from muslin.student.workspace import find
+
+    workspace = find(functions)  # the likeliest trouble first: the rest takes a second to import
     from muslin import scenes
     from muslin.cli.simulating import _settings, _size
     from muslin.student import running
-    from muslin.student.workspace import find
 
-    workspace = find(functions)
     scenes.get(scene, **_settings(setting))  # what is misspelt is said before anything else
     picture = _size(size)
     cast = running.cast(workspace, typer.echo)

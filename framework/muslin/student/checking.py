@@ -59,12 +59,18 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
     from muslin.errors import NotImplementedYet
 
     table = tasks.assignment(assignment)
-    functions = tasks.load(folder, table)
+    loaded: dict[str, tasks.Functions] = {}  # file by file: a file that crashes costs its own tasks only
     for name in names:
         inputs, expected = reference.cases(assignment, name)
         arguments: dict[str, Any] = dict(inputs)
+        file = table.tasks[name].file
         try:
-            got = evaluate(functions[name], **arguments)
+            if file not in loaded:
+                if not (folder / file).is_file():
+                    raise MuslinError(f"{file} is missing.", "Bring it back with: muslin upgrade")
+                inside = {key: task for key, task in table.tasks.items() if task.file == file}
+                loaded[file] = tasks.load(folder, replace(table, tasks=inside))
+            got = evaluate(loaded[file][name], **arguments)
         except NotImplementedYet as error:
             yield Report(name, TODO, str(error))
             continue

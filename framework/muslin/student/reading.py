@@ -165,9 +165,9 @@ def _integer_division(page: Page) -> Iterator[Note]:
             yield page.note(node, "// cuts off the fraction (1 // 2 is 0); write /.")
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "int":
             yield page.note(node, "int cuts off the fraction; leave it out.")
-        elif _is_taichi(node, "cast") and len(node.args) > 1:  # type: ignore[arg-type, attr-defined]
-            kind = ast.unparse(node.args[1])  # type: ignore[attr-defined]
-            if kind in ("int", "ti.i32", "ti.i64"):
+        elif isinstance(node, ast.Call) and _is_taichi(node, "cast") and len(node.args) > 1:
+            truth = isinstance(node.args[0], (ast.Compare, ast.BoolOp))
+            if not truth and ast.unparse(node.args[1]) in ("int", "ti.i32", "ti.i64"):
                 yield page.note(node, "this cuts off the fraction; leave the cast out.")
 
 
