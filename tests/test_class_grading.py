@@ -16,6 +16,7 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent / "benchmarks"))
 import class_of_200 as large  # type: ignore[import-not-found]
 
+from muslin.classes import work
 from muslin.classes.ledger import Ledger
 from muslin.errors import MuslinError
 
@@ -162,9 +163,23 @@ def test_two_runs_on_one_report_refuse_each_other_until_one_is_killed(tmp_path):
         assert (report / ".lock").read_text() == str(os.getpid())
 
 
+def test_what_lies_in_the_working_folder_is_not_imported(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    for name in ("numpy", "muslin"):
+        (tmp_path / f"{name}.py").write_text("import os\nos._exit(7)\n")
+    *head, code = work.python("muslin.classes.work")
+    code = code.replace("main()", "import numpy; print(numpy.__file__)")
+    said = subprocess.run([*head, code], capture_output=True, text=True, check=True).stdout
+    assert str(tmp_path) not in said
+
+
 def test_a_worker_ends_with_whoever_started_it():
-    code = "import subprocess, sys, time\np = subprocess.Popen([sys.executable, '-m', 'muslin.classes.work'],\n" \
-        "stdin=subprocess.PIPE)\nprint(p.pid, flush=True)\ntime.sleep(60)"  # fmt: skip
+    code = (
+        "import subprocess, time\nfrom muslin.classes.work import python\n"
+        "p = subprocess.Popen(python('muslin.classes.work'), stdin=subprocess.PIPE)\n"
+        "print(p.pid, flush=True)\ntime.sleep(60)"
+    )
     parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)
     worker = int(parent.stdout.readline())
     parent.kill()
@@ -182,7 +197,7 @@ def test_a_class_of_which_nothing_can_be_graded_is_an_error(tmp_path):
         large.command(tmp_path / "class", tmp_path / "report"), capture_output=True, text=True, check=False
     )
     assert done.returncode == 1
-    assert "muslin: None of 1 submissions could be graded. The first: liar is neither" in done.stderr
+    assert "muslin: None of 1 submissions could be graded. The first: The file is neither" in done.stderr
 
 
 @pytest.mark.parametrize(

@@ -21,6 +21,7 @@ from typing import Any
 import muslin
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import write
+from muslin.classes.work import python
 from muslin.errors import MuslinError
 from muslin.grading.record import from_json
 from muslin.grading.views.text import one_line, points
@@ -126,7 +127,7 @@ class _Machine:
 
     def _start(self) -> subprocess.Popen:
         process = subprocess.Popen(
-            [sys.executable, "-m", "muslin.classes.press"],
+            python("muslin.classes.press"),
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.DEVNULL,
@@ -186,7 +187,3 @@ def main() -> None:
     for line in sys.stdin.buffer:
         out.write(json.dumps(_made(json.loads(line), draw=True)).encode() + b"\n")
         out.flush()
-
-
-if __name__ == "__main__":
-    main()

@@ -122,10 +122,19 @@ def longest(terms: Terms) -> float:
     return 180.0 + 2 * len(table.tasks) * (deadline + 5) + 4 * table.grading.simulation_deadline
 
 
+def python(module: str) -> list[str]:
+    """Command that runs the `main` of a module of ours; what lies in the working folder is never imported."""
+    package = str(Path(muslin.__file__).resolve().parent.parent)
+    here = ("", os.getcwd())
+    search = [package, *(path for path in sys.path if path not in here and path != package)]
+    code = f"import sys; sys.path[:] = {search!r}; from {module} import main; main()"
+    return [sys.executable, "-I", "-c", code]
+
+
 def graded(terms: Terms, job: Job, on_start: Callable[[subprocess.Popen], None] | None = None) -> Result:
     """Grade a submission in a process of its own, and wait for it. Never raises on account of the submission."""
     process = subprocess.Popen(
-        [sys.executable, "-m", "muslin.classes.work"],
+        python("muslin.classes.work"),
         stdin=subprocess.PIPE,
         stdout=subprocess.PIPE,
         stderr=subprocess.PIPE,
@@ -224,7 +233,7 @@ def _graded_here(terms: Terms, job: Job) -> Result:
         try:
             handed = collect(path, table)
         except MuslinError as error:
-            return Result(job.key, error=str(error))
+            return Result(job.key, error=str(error).replace(job.key, "The file", 1))
         sources = {
             name: data.decode("utf-8", "replace")[:LONGEST_SOURCE] for name, data in handed.files.items()
         }
@@ -240,7 +249,3 @@ def _graded_here(terms: Terms, job: Job) -> Result:
             return Result(job.key, error=text, final=False, sources=sources)
         record = replace(record, submission=replace(record.submission, name=job.name))
         return Result(job.key, record.as_json(), sources=sources)
-
-
-if __name__ == "__main__":
-    main()
