@@ -6,6 +6,7 @@ that the hidden inputs are found there shows that the search works.
 """
 
 import re
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
@@ -32,25 +33,35 @@ batch.evaluate = wrong
 """
 
 
-def memory(pid: int) -> bytes:
-    """All readable memory of a process."""
-    pieces = []
+def memory(pid: int) -> Iterator[np.ndarray]:
+    """All memory of a process that is not a library's own file, in pieces, as the bits of aligned doubles."""
     with open(f"/proc/{pid}/mem", "rb") as stream:
         for line in Path(f"/proc/{pid}/maps").read_text().splitlines():
             first, last, rights = re.match(r"(\w+)-(\w+) (\S+)", line).groups()
-            private_or_shared = line.split()[4] == "0" or "w" in rights  # not the libraries' own files
-            if "r" in rights and private_or_shared and "[v" not in line:
+            place, end = int(first, 16), int(last, 16)
+            if "r" not in rights or "[v" in line or (line.split()[4] != "0" and "w" not in rights):
+                continue
+            while place < end:
                 try:
-                    stream.seek(int(first, 16))
-                    pieces.append(stream.read(int(last, 16) - int(first, 16)))
+                    stream.seek(place)
+                    data = stream.read(min(end - place, 1 << 24))
                 except OSError:
-                    pass
-    return b"".join(pieces)
+                    break
+                if not data:
+                    break
+                yield np.frombuffer(data[: len(data) // 8 * 8], dtype=np.uint64)
+                place += len(data)
 
 
-def numbers_in(data: bytes) -> np.ndarray:
-    """Every aligned double in some memory, sorted."""
-    return np.unique(np.frombuffer(data[: len(data) // 8 * 8], dtype=np.uint64))
+def found_in(pid: int, wanted: np.ndarray) -> set[int]:
+    """Which of the wanted doubles, as bits, are in a process's memory."""
+    low = np.zeros(1 << 16, bool)
+    low[wanted & np.uint64(0xFFFF)] = True
+    found = set()
+    for held in memory(pid):
+        likely = held[low[held.astype(np.uint16)]]
+        found.update(np.intersect1d(likely, wanted).tolist())
+    return found
 
 
 def uncommon(arrays) -> np.ndarray:
@@ -80,6 +91,7 @@ def test_memory_holds_the_inputs_and_no_answer(attack, tmp_path, monkeypatch):
     expected = np.setdiff1d(uncommon([a for s in stages.values() for a in s.expected]), inputs)
     expected = np.setdiff1d(expected, uncommon(public))
     assert len(expected) > 1000
+    both, answers = np.concatenate([inputs, expected]), set(expected.tolist())
     seen, searched = set(), 0
     ask = sandbox.Worker.ask
 
@@ -92,19 +104,19 @@ def test_memory_holds_the_inputs_and_no_answer(attack, tmp_path, monkeypatch):
         ):
             for pid in descendants(attack.token):
                 try:
-                    held = numbers_in(memory(pid))
+                    found = found_in(pid, both)
                 except PermissionError:
                     pytest.skip("the memory of workers may not be read here")
-                assert not len(np.intersect1d(held, expected)), "an expected value is in a worker's memory"
-                seen.update(np.intersect1d(held, inputs).tolist())
+                assert not found.intersection(answers), "an expected value is in a worker's memory"
+                seen.update(found)
                 searched += 1
         return answer
 
     monkeypatch.setattr(sandbox.Worker, "ask", watched)
-    chosen = {file: WRONG + honest(file) for file in FILES if file in ("stress.py", "strain_energy.py")}
+    chosen = {file: WRONG + honest(file) for file in FILES if file == "stress.py"}
     record = attack.grade(write(tmp_path / "wrong", chosen), level=LEVEL, fresh=True)
     assert record.score == 0
-    assert searched >= 4
+    assert searched >= 4  # worker and nursery, for both functions
     assert len(seen) > 100, "the search finds nothing at all"
 
 
