@@ -154,6 +154,9 @@ def run(
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.draft,
     size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "960x540",
     strain: Annotated[bool, typer.Option(help="Colour the cloth by its stretch, with a legend.")] = False,
+    display: Annotated[
+        str | None, typer.Option(help="A finer mesh to carry along and show: one of Muslin's, or a file.")
+    ] = None,
 ) -> None:
     """Simulate and film a scene with your own functions; Muslin's stand in where yours are not right yet."""
     from muslin.student.workspace import find
@@ -168,7 +171,16 @@ def run(
     cast = running.cast(workspace, typer.echo)
     folder = out or workspace.folder / "runs" / scene
     with progress(f"simulating {scene}") as tick:
-        result = running.simulate(workspace, cast, scene, folder, tick, steps=steps, **_settings(setting))
+        result = running.simulate(
+            workspace,
+            cast,
+            scene,
+            folder,
+            tick,
+            steps=steps,
+            display=running.mesh(display),
+            **_settings(setting),
+        )
     typer.echo("\n".join(running.told(cast, result.uses)))
     last = result.energies[-1]
     typer.echo(

@@ -7,6 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from muslin import paths
+from muslin.errors import MuslinError
 from muslin.student.checking import GREEN, TODO, Checker
 from muslin.student.progress import standings
 from muslin.student.workspace import Workspace
@@ -71,3 +73,14 @@ def simulate(
         on_step=on_step,
         **options,
     )
+
+
+def mesh(name: str | None) -> Path | None:
+    """Path of a mesh: a file, or one that comes with Muslin, by its name."""
+    if name is None or Path(name).exists():
+        return Path(name) if name else None
+    shipped = paths.meshes() / f"{name}.obj"
+    if not shipped.is_file():
+        known = ", ".join(sorted(path.stem for path in paths.meshes().glob("*.obj")))
+        raise MuslinError(f"There is no mesh {name}.", f"Name a file, or one of: {known}.")
+    return shipped
