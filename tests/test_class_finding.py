@@ -103,7 +103,7 @@ def test_gradescope_takes_names_and_groups_from_the_metadata(tmp_path):
         finding.Student("Jane Doe", "0042"),
         finding.Student("Zoë: Roe", "z@x.edu"),
     )
-    assert students["submission-12-12"].students == (finding.Student("submission_12", "12"),)
+    assert students["submission-12"].students == (finding.Student("submission_12", "12"),)
 
 
 def test_github_puts_the_assignment_before_the_name(tmp_path):

@@ -295,10 +295,10 @@ def _walk(root: Path) -> Iterator[tuple[str, Path]]:
 
 def _with_keys(submissions: list[Submission], piles: list[_Pile]) -> list[Submission]:
     """Each with its key: name and number, and where that is not enough a mark of where it lay."""
-    first = [
-        "-".join(filter(None, (slug(s.name), slug(pile.id or s.students[0].id)))) or "student"
-        for s, pile in zip(submissions, piles, strict=True)
-    ]
+    first = []
+    for submission, pile in zip(submissions, piles, strict=True):
+        name, number = slug(submission.name), slug(pile.id or submission.students[0].id)
+        first.append("-".join(filter(None, (name, "" if name.endswith(number) else number))) or "student")
     counts = Counter(first)
     keyed = []
     for submission, pile, key in zip(submissions, piles, first, strict=True):

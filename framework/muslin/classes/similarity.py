@@ -99,7 +99,7 @@ def tokens(text: str) -> Iterator[str]:
         if kind in Name and kind not in Name.Builtin and kind not in Name.Decorator:
             yield "name"
         elif kind in Number:
-            yield word.lower().rstrip("0").rstrip(".") or "0"
+            yield word.lower()
         elif word.strip():
             yield word
 
