@@ -136,9 +136,13 @@ class Face:
         camera.fov, camera.near = float(np.radians(start.fov)), start.near
         self._camera = start
         x, triangles = session.x.astype(np.float32), session.triangles
-        if (floor := scenery.ground(session)) is not None:
-            colour = scenery.bytes_of(scenery.GROUND_COLOUR)
-            scene.add_mesh_simple("/ground", *floor, color=colour, side="double", cast_shadow=False)
+        scene.configure_environment_map("warehouse", environment_intensity=0.55)
+        if session.scene.ground is not None:
+            scene.add_grid(
+                "/ground", plane="xz", position=(0.0, session.scene.ground - 0.004, 0.0), infinite_grid=True,
+                cell_size=0.1, section_size=0.5, cell_thickness=0.5, section_thickness=0.8, fade_distance=12.0,
+                cell_color=(226, 227, 230), section_color=(204, 206, 211), shadow_opacity=0.25,
+            )  # fmt: skip
         colour = scenery.bytes_of(scenery.CLOTH_COLOUR)
         self.cloth = scene.add_mesh_simple("/cloth", x, triangles, color=colour, side="double")
         self.strained = scene.add_glb("/strained", self._glb(), visible=False)

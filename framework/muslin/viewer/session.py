@@ -149,7 +149,7 @@ class Session:
         self._return()
 
     def _return(self) -> None:
-        self.state = State(self.start.x.copy(), self.start.v.copy(), self.start.time)
+        self.state: State = State(self.start.x.copy(), self.start.v.copy(), self.start.time)
         self.steps, self.message = 0, ""
         self.release()
         self.pace = Pace()
@@ -295,6 +295,7 @@ class Pace:
             simulated += dt
             if time.perf_counter() - began > budget:
                 self.owed = min(self.owed, dt)  # late: slow motion, rather than a lagging hand
+                break
         self.past.append((elapsed, simulated))
         while len(self.past) > 1 and sum(real for real, _ in self.past) > 2.0:
             self.past.popleft()
