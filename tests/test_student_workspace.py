@@ -214,8 +214,8 @@ def test_a_scene_runs_with_what_is_right_and_says_who_stands_in(typed):
     code, out, err = typed("run", "course", "--steps", 3, "--no-film", "--size", "160x90")
     assert code == 0, err
     assert "Yours: kinetic_energy." in out
-    assert "mass_block (wrong)" in out
-    assert "psi (to do)" in out
+    assert "wrong: mass_block" in out
+    assert "to do: deformation_gradient, dn_dx" in out
     assert Path("runs/course/course.png").is_file()
     assert "There is no scene 'moon'" in typed("run", "moon")[2]
 

@@ -187,7 +187,7 @@ def _variables(file: Path, name: str, here: Values, way: Values, got: list[np.nd
             note = f"   this is {what}" if what else ""
             rows = _rows(value)
             yield f"  line {line:<4} {variable} = {rows[0]}{note if len(rows) == 1 else ''}"
-            blank = " " * (len(variable) + 14)
+            blank = " " * (len(variable) + 15)
             for row in rows[1:]:
                 yield f"{blank}{row}{note if row is rows[-1] else ''}"
     same = len(back) == len(got) and all(

@@ -39,9 +39,11 @@ def told(cast: Cast, uses: Iterable[str]) -> list[str]:
     called = set(uses)
     yours = [name for name in cast.green if name in called]
     idle = [name for name in cast.green if name not in called]
+    waiting = dict.fromkeys(cast.stand_ins.values())
+    others = [f"{why}: {', '.join(n for n, w in cast.stand_ins.items() if w == why)}" for why in waiting]
     rows = [
         ("Yours", ", ".join(yours) or "none yet"),
-        ("Muslin's own instead of", ", ".join(f"{name} ({why})" for name, why in cast.stand_ins.items())),
+        ("Muslin's own instead of yours", "; ".join(others)),
         ("Right, but not called here", ", ".join(idle)),
     ]
     lines = [f"{label}: {names}." for label, names in rows if names]
