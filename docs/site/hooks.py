@@ -24,12 +24,7 @@ HERE = Path(__file__).resolve().parent
 DOCS, REPOSITORY = HERE.parent, HERE.parents[1]
 
 #: Pages the navigation names already and that may not be written yet.
-AWAITED = {
-    "tutorials/student.md": "For students",
-    "instructor.md": "For instructors",
-    "class.md": "Running a class",
-    "performance.md": "Performance",
-}
+AWAITED = {"viewer.md": "The viewer", "performance.md": "Performance"}
 
 log = logging.getLogger("mkdocs.hooks.muslin")
 
@@ -55,7 +50,7 @@ def mathml(formula: str, display: str = "inline") -> str:
     for parent in root.iter():
         _upright_words(parent)
     _norms(root)
-    _colons(root)
+    _spaces(root)
     if re.search(r"[\\$]", "".join(root.itertext())):
         raise PluginError(f"LaTeX is left over in the formula {formula.strip()!r}.")
     ElementTree.register_namespace("", MATHML)
@@ -79,11 +74,14 @@ def _norms(root: ElementTree.Element) -> None:
         bar.attrib |= {"form": "postfix" if k % 2 else "prefix", "stretchy": "false"}
 
 
-def _colons(root: ElementTree.Element) -> None:
-    """The dot product of matrices, A : B, is a relation and stands apart."""
+#: Blanks on both sides: A : B is a relation and stands apart, a / b is not and does not.
+SPACES = {":": "0.2em", "/": "0.05em"}
+
+
+def _spaces(root: ElementTree.Element) -> None:
     for mo in root.iter(f"{{{MATHML}}}mo"):
-        if mo.text == ":":
-            mo.attrib |= {"lspace": "0.2em", "rspace": "0.2em"}
+        if space := SPACES.get(mo.text or ""):
+            mo.attrib |= {"lspace": space, "rspace": space}
 
 
 class Inline(InlineProcessor):
