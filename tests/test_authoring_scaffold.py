@@ -16,7 +16,15 @@ from muslin.authoring import lint, reference_data, scaffold
 from muslin.errors import MuslinError
 
 ROOT = Path(__file__).resolve().parent.parent
-COPIED = ("pyproject.toml", "framework/muslin", "solutions", "assignments", "data", "tests/misconceptions")
+COPIED = (
+    "pyproject.toml",
+    "LICENSE",
+    "framework/muslin",
+    "solutions",
+    "assignments",
+    "data",
+    "tests/misconceptions",
+)
 
 
 @pytest.fixture

@@ -94,7 +94,9 @@ def read_toml(path: Path) -> dict[str, Any]:
 def _about(project: Mapping[str, Any]) -> dict[str, str]:
     """The files of `.dist-info` but RECORD."""
     scripts = [f"{name} = {target}" for name, target in project["scripts"].items()]
+    licences = {name: (_checkout() / name).read_text(encoding="utf-8") for name in project["license-files"]}
     return {
+        **{f"licenses/{name}": text for name, text in licences.items()},
         "METADATA": "\n".join([*_metadata(project), ""]),
         "WHEEL": "Wheel-Version: 1.0\nGenerator: muslin\nRoot-Is-Purelib: true\nTag: py3-none-any\n",
         "entry_points.txt": "\n".join(["[console_scripts]", *scripts, ""]),
@@ -107,6 +109,7 @@ def _metadata(project: Mapping[str, Any]) -> Iterator[str]:
     yield f"Version: {project['version']}"
     yield f"Summary: {project['description']}"
     yield f"License-Expression: {project['license']}"
+    yield from (f"License-File: {name}" for name in project["license-files"])
     yield f"Requires-Python: {project['requires-python']}"
     yield from (f"Requires-Dist: {needed}" for needed in project["dependencies"])
     for extra, wanted in project["optional-dependencies"].items():
