@@ -72,6 +72,7 @@ class Session:
     message: str = ""
 
     def __post_init__(self) -> None:
+        self.state = self.start
         self._advance = integrator(self.scene.integrator)
         self._own_spring = self.model.spring
         self.model.colliders = self.colliders
@@ -149,7 +150,7 @@ class Session:
         self._return()
 
     def _return(self) -> None:
-        self.state: State = State(self.start.x.copy(), self.start.v.copy(), self.start.time)
+        self.state = State(self.start.x.copy(), self.start.v.copy(), self.start.time)
         self.steps, self.message = 0, ""
         self.release()
         self.pace = Pace()
