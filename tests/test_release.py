@@ -27,7 +27,27 @@ SOLUTION, RELEASED = ROOT / "solutions" / "cloth", ROOT / "assignments" / "cloth
 TABLE = read_assignment(SOLUTION)
 TASKS = list(TABLE.tasks.values())
 HANDOUT = (RELEASED / "README.md").read_text(encoding="utf-8")
-COMMANDS = {"scenes", "simulate", "render", "export", "demo", "doctor", "release", "reference", "check"}
+COMMANDS = {
+    "scenes",
+    "simulate",
+    "render",
+    "export",
+    "demo",
+    "doctor",
+    "release",
+    "reference",
+    "check",
+    "start",
+    "watch",
+    "list",
+    "hint",
+    "reset",
+    "run",
+    "explain",
+    "gradcheck",
+    "submit",
+    "upgrade",
+}
 
 
 @pytest.fixture
