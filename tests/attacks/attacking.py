@@ -69,8 +69,11 @@ def write(folder: Path, files: Files) -> Path:
 
 
 @pytest.fixture(scope="session")
-def _session_folder(tmp_path_factory):
-    return tmp_path_factory.mktemp("attacks")
+def _session_folder():
+    # not pytest's own temporary folder, which is closed to the users that workers become
+    with tempfile.TemporaryDirectory(prefix="muslin-attacks-") as folder:
+        os.chmod(folder, 0o711)
+        yield Path(folder)
 
 
 @pytest.fixture(autouse=True)
@@ -79,8 +82,6 @@ def _apart(monkeypatch, _session_folder, request):
     monkeypatch.setenv("XDG_CACHE_HOME", str(_session_folder / "cache"))
     (_session_folder / "tmp").mkdir(exist_ok=True)
     os.chmod(_session_folder / "tmp", 0o711)
-    for folder in (_session_folder, *_session_folder.parents[:2]):
-        os.chmod(folder, 0o711)  # workers with a user of their own must get through to their homes
     monkeypatch.setattr(tempfile, "tempdir", str(_session_folder / "tmp"))
     monkeypatch.setattr(checks, "private", _stage)
     if "with_simulation" not in request.keywords:
