@@ -49,7 +49,7 @@ def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = 
         If an argument is missing, unknown, or has the wrong shape.
     """
     usable(function)
-    names = list(inspect.signature(function).parameters)
+    names = kept(function, "names", lambda: tuple(inspect.signature(function).parameters))
     task: Task | None = getattr(function, "task", None)
     title = task.name if task else getattr(function, "__name__", "function")
     if set(arrays) != set(names):
@@ -117,7 +117,7 @@ def _kind(title: str, name: str, array: np.ndarray) -> str:
 
 
 def _batched(
-    title: str, names: list[str], kinds: tuple[str, ...], arrays: list[np.ndarray]
+    title: str, names: tuple[str, ...], kinds: tuple[str, ...], arrays: list[np.ndarray]
 ) -> tuple[list[np.ndarray], int]:
     sizes = {}
     for name, kind, array in zip(names, kinds, arrays, strict=True):
@@ -134,7 +134,8 @@ def _batched(
     for kind, array in zip(kinds, arrays, strict=True):
         shape, is_int = KINDS[kind]
         dtype = np.int32 if is_int else np.float64
-        inputs.append(np.array(np.broadcast_to(array, (batch, *shape)), dtype=dtype, order="C"))
+        # Functions get their arguments by value, so that what need not be converted need not be copied.
+        inputs.append(np.ascontiguousarray(np.broadcast_to(array, (batch, *shape)), dtype=dtype))
     return inputs, batch
 
 

@@ -25,7 +25,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from scipy.linalg import lapack
 
 #: Where CHOLMOD 3.0 keeps its settings in `cholmod_common`, and what they are to begin with: 4-byte words.
 _DEFAULTS = {2: 858993459, 6: 5, 8: 8, 12: 1, 13: 1, 14: 1, 16: 1, 17: 1, 26: 4, 28: 16, 30: 48, 36: 3, 42: 0}
@@ -71,13 +70,18 @@ def _library() -> Any:
     spec = importlib.util.find_spec("cvxopt")
     if spec is None or spec.origin is None or ctypes.sizeof(ctypes.c_void_p) != 8:
         return None
-    found = glob.glob(str(Path(spec.origin).parent.parent / "cvxopt.libs" / "libcholmod-*.so.3.*"))
-    if len(found) != 1:
+    libraries = Path(spec.origin).parent.parent / "cvxopt.libs"
+    found = [glob.glob(str(libraries / name)) for name in ("libcholmod-*.so.3.*", "libopenblas-*.so")]
+    if any(len(paths) != 1 for paths in found):
         return None
     try:
         import cvxopt.cholmod  # noqa: F401  (loads what the library needs)
 
-        library = ctypes.CDLL(found[0])
+        library, blas = (ctypes.CDLL(paths[0]) for paths in found)
+        # One thread's BLAS: NumPy's and SciPy's own spin while they wait for their threads.
+        library.blas = {  # type: ignore[attr-defined]
+            name: getattr(blas, name + "_") for name in ("dlauum", "dpotrf", "dpotrs", "dtrmv")
+        }
         version = (ctypes.c_int * 3)()
         library.cholmod_version(version)
         words = np.frombuffer(_common(library), dtype=np.int32)
@@ -253,22 +257,26 @@ class Halves:
             dense = np.zeros(k * k)
             dense[target] = domain.numbers[source]
             U[i] = dense.reshape((k, k), order="F")
-            complement[i], _ = lapack.dlauum(U[i], lower=0)
+            complement[i] = U[i].copy(order="F")
+            _blas("dlauum", b"U", k, complement[i], k, ctypes.c_int(0))
 
         self._both(down)
         # mirrored: unknown j of the separator is k - 1 - j
         S = complement[0] + complement[1]
         data = self.domains[0]._kept[2]
         S[k - 1 - self._col, k - 1 - self._row] -= data[self._at]
-        g = s + sum((U[i] @ y[i][-1 : -k - 1 : -1])[::-1] for i in (0, 1))
-        factor, info = lapack.dpotrf(S, lower=0)
-        if info:
+        middle = s[::-1].copy()
+        for i in (0, 1):
+            middle += _times(U[i], y[i][: -k - 1 : -1], b"N")
+        info = ctypes.c_int(0)
+        _blas("dpotrf", b"U", k, S, k, info)
+        if info.value:
             raise NotDefinite("not positive definite")
-        middle, _ = lapack.dpotrs(factor, g[::-1], lower=0)
+        _blas("dpotrs", b"U", k, 1, S, k, middle, k, info)
 
         def up(i: int) -> None:
             right = y[i].copy()
-            right[-k:] = (U[i].T @ middle)[::-1]
+            right[-k:] = _times(U[i], middle, b"T")[::-1]
             y[i] = self.domains[i].solve(right, _SYSTEM_LT)
 
         self._both(up)
@@ -288,6 +296,26 @@ class Halves:
                 helper.wait()
         finally:
             helper.free.release()
+
+
+def _blas(name: str, *arguments: Any) -> None:
+    """Call a Fortran routine: texts, whole numbers, arrays and results by reference."""
+    passed: list[Any] = []
+    for argument in arguments:
+        if isinstance(argument, np.ndarray):
+            passed.append(ctypes.c_void_p(argument.ctypes.data))
+        elif isinstance(argument, int):
+            passed.append(ctypes.byref(ctypes.c_int(argument)))
+        else:
+            passed.append(argument if isinstance(argument, bytes) else ctypes.byref(argument))
+    _library().blas[name](*passed)
+
+
+def _times(U: np.ndarray, vector: np.ndarray, transposed: bytes) -> np.ndarray:
+    """U or U^T times a vector, U upper triangular."""
+    out = vector.copy()
+    _blas("dtrmv", b"U", transposed, b"N", len(out), U, len(out), out, 1)
+    return out
 
 
 class _Helper:

@@ -18,7 +18,8 @@ from muslin.tasks import Functions
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-    from muslin.elements.pattern import Assembly, Impulse, Layout
+    from muslin.elements.layout import Layout
+    from muslin.elements.pattern import Assembly, Impulse
 
 ENERGIES = ("linearised", "area", "volumetric")
 HESSIANS = ("closed", "lecture")
@@ -228,7 +229,8 @@ class Cloth:
                 rest = (self.triangles, self.area, self.rho, self.h)
                 self._moving = KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
             return float(self._moving(v).sum())
-        return 0.5 * float(v.ravel() @ (self.mass @ v.ravel()))
+        # not a dot product: NumPy's spins on all threads while it waits for them
+        return 0.5 * float((v.ravel() * (self.mass @ v.ravel())).sum())
 
     def stretches(self, x: np.ndarray) -> np.ndarray:
         """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""

@@ -8,12 +8,15 @@ student's `filter_velocity`, on the velocity relative to the collider.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
-from muslin.tasks import Functions
-
+#: (positions (k, 3), centres (k, 3), radius) -> (hit (k,), normals (k, 3))
+Detect = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]
+#: (velocities (k, 3), normals (k, 3)) -> filtered velocities (k, 3)
+Filter = Callable[[np.ndarray, np.ndarray], np.ndarray]
 Vec = tuple[float, float, float]
 
 
@@ -83,10 +86,24 @@ NEAR = 0.25
 PUSH = 1.0
 
 
+def native_contact(x: np.ndarray, center: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
+    """The framework's own `sphere_contact`, for all positions at once."""
+    away = x - center
+    distance = np.linalg.norm(away, axis=1)
+    outward = away / np.maximum(distance, 1e-300)[:, None]
+    return distance < radius, np.where(distance[:, None] > 0, outward, (0.0, 1.0, 0.0))
+
+
+def native_filter(v: np.ndarray, n: np.ndarray) -> np.ndarray:
+    """The framework's own `filter_velocity`, for all velocities at once."""
+    inward = np.minimum(np.einsum("ij,ij->i", v, n), 0.0)
+    return v - inward[:, None] * n
+
+
 def detect(
-    collider: Collider, x: np.ndarray, v: np.ndarray, dt: float, functions: Functions | None = None
+    collider: Collider, x: np.ndarray, v: np.ndarray, dt: float, contact: Detect = native_contact
 ) -> Contacts:
-    """Vertices of x (n, 3) to filter in a step of dt [s], by the student's `sphere_contact` where there is one."""
+    """Vertices of x (n, 3) to filter in a step of dt [s]; `contact` decides about spheres and capsules."""
     if isinstance(collider, Plane):
         gap = collider.gap(x)
         near = np.flatnonzero(gap < NEAR + 2 * dt * float(np.abs(v).max()))
@@ -95,22 +112,15 @@ def detect(
         return Contacts(near, np.broadcast_to(n, (len(near), 3)), back * n)
     center, velocity = collider.nearest(x)
     near = np.flatnonzero(np.abs(x - center).max(axis=1) <= 1.01 * collider.radius)
-    if functions is not None:
-        from muslin.batch import evaluate
-
-        hit, normal = evaluate(functions.sphere_contact, x=x[near], c=center[near], r=collider.radius)
-    else:
-        away = x[near] - center[near]
-        distance = np.linalg.norm(away, axis=1)
-        hit = distance < collider.radius
-        normal = np.where(
-            distance[:, None] > 0, away / np.maximum(distance, 1e-300)[:, None], (0.0, 1.0, 0.0)
-        )
-    inside = near[hit != 0]
-    return Contacts(inside, normal[hit != 0], velocity[inside])
+    if len(near) == 0:
+        return Contacts(near, np.zeros((0, 3)), np.zeros((0, 3)))
+    hit, normal = contact(x[near], center[near], collider.radius)
+    hit = hit != 0
+    inside = near[hit]
+    return Contacts(inside, normal[hit], velocity[inside])
 
 
-def respond(v: np.ndarray, contacts: list[Contacts], functions: Functions | None = None) -> np.ndarray:
+def respond(v: np.ndarray, contacts: list[Contacts], filtered: Filter = native_filter) -> np.ndarray:
     """Filter the velocities (n, 3) at the contacts.
 
     Where a vertex touches several colliders the filters are applied in turn until none undoes another (in a
@@ -121,7 +131,7 @@ def respond(v: np.ndarray, contacts: list[Contacts], functions: Functions | None
     for _ in range(ROUNDS):
         for contact in contacts:
             relative = v[contact.vertices] - contact.velocities
-            v[contact.vertices] = _filter(relative, contact.normals, functions) + contact.velocities
+            v[contact.vertices] = filtered(relative, contact.normals) + contact.velocities
         if len(contacts) < 2 or min(float(approach(v, contact).min()) for contact in contacts) > -1e-9:
             break
     return v
@@ -136,18 +146,10 @@ def approach(v: np.ndarray, contact: Contacts) -> np.ndarray:
     return np.einsum("ij,ij->i", v[contact.vertices] - contact.velocities, contact.normals)
 
 
-def _filter(v: np.ndarray, n: np.ndarray, functions: Functions | None) -> np.ndarray:
-    if functions is not None:
-        from muslin.batch import evaluate
-
-        return evaluate(functions.filter_velocity, v=v, n=n)
-    inward = np.minimum(np.einsum("ij,ij->i", v, n), 0.0)
-    return v - inward[:, None] * n
-
-
 def depth(collider: Collider, x: np.ndarray) -> float:
     """How deep the deepest of the positions (n, 3) is inside a collider [m]; 0 if none is."""
     if isinstance(collider, Plane):
         return max(0.0, -float(collider.gap(x).min()))
     center, _ = collider.nearest(x)
-    return max(0.0, collider.radius - float(np.sqrt(((x - center) ** 2).sum(axis=1).min())))
+    away = x - center
+    return max(0.0, collider.radius - float(np.sqrt(np.einsum("ij,ij->i", away, away).min())))

@@ -15,7 +15,16 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from muslin.cloth import Cloth
-from muslin.colliders import Collider, Contacts, detect, respond
+from muslin.colliders import (
+    Collider,
+    Contacts,
+    Detect,
+    Filter,
+    detect,
+    native_contact,
+    native_filter,
+    respond,
+)
 from muslin.errors import MuslinError, SimulationError
 from muslin.solvers import System
 
@@ -80,6 +89,8 @@ class Model:
     tolerance: float = 1e-8
 
     def __post_init__(self) -> None:
+        from muslin.elements.contact import Detection, Response
+
         cloth, n = self.cloth, len(self.cloth.X)
         held = np.zeros(n, dtype=bool)
         held[self.held] = True
@@ -88,6 +99,14 @@ class Model:
         self._assemble = cloth.assembly(self.system.layout, self.system.data)
         self._couple = cloth.assembly(self.system.coupling)
         self._impulse = cloth.impulse()
+        self._held = held
+        self._detect: Detect = native_contact
+        self.filter: Filter = native_filter
+        if functions := cloth.by_student("detection"):
+            self._detect = Detection(functions.sphere_contact, n)
+        if functions := cloth.by_student("response"):
+            self.filter = Response(functions.filter_velocity, n)
+        self._there: tuple[float, tuple[Collider, ...]] | None = None
         self.weight = (self.cloth.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
 
     def conservative_force(self, x: np.ndarray) -> np.ndarray:
@@ -147,15 +166,20 @@ class Model:
         known[self.held] = self.held_velocity(time, dt)
         return known
 
+    def colliders_at(self, time: float) -> tuple[Collider, ...]:
+        """Colliders at a time; those of the last time asked for are kept."""
+        if self._there is None or self._there[0] != time:
+            self._there = time, self.colliders(time)
+        return self._there[1]
+
     def contacts(self, state: State, dt: float) -> list[Contacts]:
         """Contacts of the free vertices, for a step of dt [s]."""
         found = [
-            detect(collider, state.x, state.v, dt, self.cloth.by_student("detection"))
-            for collider in self.colliders(state.time)
+            detect(collider, state.x, state.v, dt, self._detect) for collider in self.colliders_at(state.time)
         ]
         if len(self.held) == 0:
             return found
-        free = [~np.isin(c.vertices, self.held) for c in found]
+        free = [~self._held[c.vertices] for c in found]
         return [
             Contacts(c.vertices[k], c.normals[k], c.velocities[k]) for c, k in zip(found, free, strict=True)
         ]
@@ -269,7 +293,7 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
 
 
 def _finish(model: Model, state: State, v: np.ndarray, contacts: list[Contacts], dt: float) -> State:
-    v = respond(v, contacts, model.cloth.by_student("response"))
+    v = respond(v, contacts, model.filter)
     return State(state.x + dt * v, v, state.time + dt, contacts)
 
 

@@ -297,9 +297,7 @@ def _march(
     with np.errstate(invalid="ignore", over="ignore"):
         cloth.update(state.x)
         row = _row(model, state, step)
-        if scene.steps > step:
-            advance(model, state, scene.dt)
-            cloth.update(state.x)
+        following = advance(model, state, scene.dt) if scene.steps > step else None
         writer = open_writer()
         rows: list[tuple[float, ...]] = writer.rows if writer else []
 
@@ -312,11 +310,13 @@ def _march(
                 rows.append(row)
                 save()
             while step < scene.steps:
-                following = advance(model, state, scene.dt)
+                following = following or advance(model, state, scene.dt)
                 if not (np.abs(following.x) < EXPLODED).all() or not np.isfinite(following.v).all():
                     raise _blown_up(following, step + 1, scene, writer)
                 cloth.update(following.x)
-                state, step = following, step + 1
+                state, step, following = following, step + 1, None
+                if step < scene.steps:
+                    model.prepare()
                 rows.append(_row(model, state, step))
                 if step % scene.frame_every == 0 or step == scene.steps:
                     save()
@@ -345,7 +345,7 @@ def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
     pressed = [approach(state.v, contact) for contact in state.contacts]
     count = int(sum((speeds < 1e-6).sum() for speeds in pressed))
     slowest = min((float(speeds.min()) for speeds in pressed if len(speeds)), default=0.0) if count else 0.0
-    deepest = max((depth(collider, state.x) for collider in model.colliders(state.time)), default=0.0)
+    deepest = max((depth(collider, state.x) for collider in model.colliders_at(state.time)), default=0.0)
     kinetic, elastic = cloth.kinetic_energy(state.v), cloth.energy_here()
     gravity = model.potential(state.x)
     total = kinetic + elastic + gravity

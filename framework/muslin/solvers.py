@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
 from muslin import cholmod, ordering, runtime
-from muslin.elements.pattern import Layout, pointers
+from muslin.elements.layout import Layout, pointers
 from muslin.errors import MuslinError, SimulationError
 
 #: Vertices from which on "auto" iterates instead of factorising.

@@ -11,6 +11,14 @@ from typing import Any
 import numpy as np
 from taichi.lang import impl
 
+#: Iterations below which one thread is faster than waking others, which takes some 50 microseconds.
+SMALL = 1500
+
+
+def is_small(iterations: int) -> bool:
+    """Whether a loop of a kernel should stay on one thread."""
+    return iterations < SMALL
+
 
 class Launch:
     """A kernel bound to its arguments; calling it runs the kernel.

@@ -5,12 +5,14 @@ instead of difference quotients: the same physics as a student's functions in an
 the other. It is the fast road, and stands in for functions that are not written yet.
 """
 
+import functools
+
 import numpy as np
 import taichi as ti
 
 from muslin.elements import modes
 from muslin.elements.arrays import index3, integers, rows, scalars, vec3s
-from muslin.elements.launch import Launch
+from muslin.elements.launch import Launch, is_small
 from muslin.errors import MuslinError
 from muslin.given import tangents
 
@@ -64,7 +66,9 @@ class NativeElement:
         self._done, self._projected = 0, False
         out = (self._energies, self.gradient_rows, self.rows)
         terms = (float(mu), float(lam_trace), float(lam_area))
-        self._launch = Launch(_element, self._orders, self.x, triangles, g0, h * area, *terms, *out)
+        self._launch = Launch(
+            _element(is_small(m)), self._orders, self.x, triangles, g0, h * area, *terms, *out
+        )
 
     def update(self, x: np.ndarray) -> None:
         """Take new positions (n, 3)."""
@@ -131,73 +135,78 @@ def polar(x0, x1, x2, g1, g2):
     return r0, r1, n, ti.Vector([c * length, c * m11 - d * m01, -d * length]), trace, length * m11
 
 
-@ti.kernel
-def _element(
-    orders: integers,
-    x: vec3s,
-    triangles: index3,
-    g: vec3s,
-    weight: scalars,
-    mu: ti.f64,
-    lam_trace: ti.f64,
-    lam_area: ti.f64,
-    energy: scalars,
-    gradient: vec3s,
-    row: rows,
-):
-    for e in range(triangles.shape[0]):
-        t = triangles[e]
-        g0, g1, g2 = g[3 * e], g[3 * e + 1], g[3 * e + 2]
-        r0, r1, n, S, trace, area = polar(x[t[0]], x[t[1]], x[t[2]], g1, g2)
-        tension, pressure = lam_trace * (trace - 2), lam_area * (area - 1)
-        if orders[0] & 1:
-            off_rest = (S[0] - 1) ** 2 + (S[1] - 1) ** 2 + 2 * S[2] ** 2  # |S - I|^2
-            energy[e] = weight[e] * (
-                mu * off_rest + lam_trace / 2 * (trace - 2) ** 2 + lam_area / 2 * (area - 1) ** 2
-            )
-        if orders[0] & 2:
-            # P = R T with T = 2 mu (S - I) + lam (tr S - 2) I, or + lam (J - 1) adj(S) for the area energy
-            T00 = 2 * mu * (S[0] - 1) + tension + pressure * S[1]
-            T11 = 2 * mu * (S[1] - 1) + tension + pressure * S[0]
-            T01 = (2 * mu - pressure) * S[2]
-            p0, p1 = weight[e] * (T00 * r0 + T01 * r1), weight[e] * (T01 * r0 + T11 * r1)
-            gradient[3 * e] = g0[0] * p0 + g0[1] * p1
-            gradient[3 * e + 1] = g1[0] * p0 + g1[1] * p1
-            gradient[3 * e + 2] = g2[0] * p0 + g2[1] * p1
-        if orders[0] & 4:
-            half = (S[0] - S[1]) / 2
-            radius = ti.sqrt(half * half + S[2] * S[2])
-            s0 = trace / 2 + radius
-            s1 = area / ti.max(s0, FLOOR)
-            c, d = 1.0, 0.0  # v_0 = (c, d), an eigenvector of S
-            if radius > 0:
-                if half >= 0:
-                    c, d = radius + half, S[2]
-                else:
-                    c, d = ti.abs(S[2]), radius - half
-                    if S[2] < 0:
-                        d = -d
-                length = ti.sqrt(c * c + d * d)
-                c, d = c / length, d / length
-            U = ti.Matrix.cols([c * r0 + d * r1, c * r1 - d * r0, n])
-            # modes of 2 mu (F - R) + lam_trace (tr S - 2) R + lam_area (J - 1) dJ/dF, simplified by hand
-            pull = tension - 2 * mu
-            stretch0 = 2 * mu + lam_trace + lam_area * s1 * s1
-            stretch1 = 2 * mu + lam_trace + lam_area * s0 * s0
-            coupling = lam_trace + lam_area * (2 * area - 1)
-            d0, d1 = ti.max(s0, FLOOR), ti.max(s1, FLOOR)
-            modes.store(
-                row,
-                e,
-                U,
-                ti.Vector([c * g0[0] + d * g0[1], c * g0[1] - d * g0[0]]),
-                ti.Vector([c * g1[0] + d * g1[1], c * g1[1] - d * g1[0]]),
-                ti.Vector([c * g2[0] + d * g2[1], c * g2[1] - d * g2[0]]),
-                ti.Vector([stretch0, stretch1, coupling]),
-                2 * mu - pressure,
-                2 * mu + 2 * pull / ti.max(trace, FLOOR) + pressure,
-                2 * mu + pull / d0 + pressure * s1 / d0,
-                2 * mu + pull / d1 + pressure * s0 / d1,
-                weight[e],
-                orders[1],
-            )
+@functools.cache
+def _element(serial: bool):
+    @ti.kernel
+    def kernel(
+        orders: integers,
+        x: vec3s,
+        triangles: index3,
+        g: vec3s,
+        weight: scalars,
+        mu: ti.f64,
+        lam_trace: ti.f64,
+        lam_area: ti.f64,
+        energy: scalars,
+        gradient: vec3s,
+        row: rows,
+    ):
+        ti.loop_config(serialize=serial)
+        for e in range(triangles.shape[0]):
+            t = triangles[e]
+            g0, g1, g2 = g[3 * e], g[3 * e + 1], g[3 * e + 2]
+            r0, r1, n, S, trace, area = polar(x[t[0]], x[t[1]], x[t[2]], g1, g2)
+            tension, pressure = lam_trace * (trace - 2), lam_area * (area - 1)
+            if orders[0] & 1:
+                off_rest = (S[0] - 1) ** 2 + (S[1] - 1) ** 2 + 2 * S[2] ** 2  # |S - I|^2
+                energy[e] = weight[e] * (
+                    mu * off_rest + lam_trace / 2 * (trace - 2) ** 2 + lam_area / 2 * (area - 1) ** 2
+                )
+            if orders[0] & 2:
+                # P = R T with T = 2 mu (S - I) + lam (tr S - 2) I, or + lam (J - 1) adj(S) for the area energy
+                T00 = 2 * mu * (S[0] - 1) + tension + pressure * S[1]
+                T11 = 2 * mu * (S[1] - 1) + tension + pressure * S[0]
+                T01 = (2 * mu - pressure) * S[2]
+                p0, p1 = weight[e] * (T00 * r0 + T01 * r1), weight[e] * (T01 * r0 + T11 * r1)
+                gradient[3 * e] = g0[0] * p0 + g0[1] * p1
+                gradient[3 * e + 1] = g1[0] * p0 + g1[1] * p1
+                gradient[3 * e + 2] = g2[0] * p0 + g2[1] * p1
+            if orders[0] & 4:
+                half = (S[0] - S[1]) / 2
+                radius = ti.sqrt(half * half + S[2] * S[2])
+                s0 = trace / 2 + radius
+                s1 = area / ti.max(s0, FLOOR)
+                c, d = 1.0, 0.0  # v_0 = (c, d), an eigenvector of S
+                if radius > 0:
+                    if half >= 0:
+                        c, d = radius + half, S[2]
+                    else:
+                        c, d = ti.abs(S[2]), radius - half
+                        if S[2] < 0:
+                            d = -d
+                    length = ti.sqrt(c * c + d * d)
+                    c, d = c / length, d / length
+                U = ti.Matrix.cols([c * r0 + d * r1, c * r1 - d * r0, n])
+                # modes of 2 mu (F - R) + lam_trace (tr S - 2) R + lam_area (J - 1) dJ/dF, simplified by hand
+                pull = tension - 2 * mu
+                stretch0 = 2 * mu + lam_trace + lam_area * s1 * s1
+                stretch1 = 2 * mu + lam_trace + lam_area * s0 * s0
+                coupling = lam_trace + lam_area * (2 * area - 1)
+                d0, d1 = ti.max(s0, FLOOR), ti.max(s1, FLOOR)
+                modes.store(
+                    row,
+                    e,
+                    U,
+                    ti.Vector([c * g0[0] + d * g0[1], c * g0[1] - d * g0[0]]),
+                    ti.Vector([c * g1[0] + d * g1[1], c * g1[1] - d * g1[0]]),
+                    ti.Vector([c * g2[0] + d * g2[1], c * g2[1] - d * g2[0]]),
+                    ti.Vector([stretch0, stretch1, coupling]),
+                    2 * mu - pressure,
+                    2 * mu + 2 * pull / ti.max(trace, FLOOR) + pressure,
+                    2 * mu + pull / d0 + pressure * s1 / d0,
+                    2 * mu + pull / d1 + pressure * s0 / d1,
+                    weight[e],
+                    orders[1],
+                )
+
+    return kernel

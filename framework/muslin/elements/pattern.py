@@ -5,7 +5,7 @@ Every entry *gathers* its contributions in a fixed order: no atomics, and the sa
 threads.
 """
 
-from dataclasses import dataclass
+import functools
 
 import numpy as np
 import scipy.sparse as sp
@@ -13,44 +13,8 @@ import taichi as ti
 
 from muslin.elements import modes
 from muslin.elements.arrays import integers, mat3s, rows, scalars, vec3s
-from muslin.elements.launch import Launch
-
-
-@dataclass
-class Layout:
-    """Where 3x3 blocks of a matrix are stored: entry (a, b) of block k at `start[k] + a * stride[k] + b`.
-
-    row, col : (k,) int arrays
-        Vertices of each block.
-    start, stride : (k,) int32 arrays
-    size : int
-        Length of the data array.
-    """
-
-    row: np.ndarray
-    col: np.ndarray
-    start: np.ndarray
-    stride: np.ndarray
-    size: int
-
-    @classmethod
-    def csr(cls, row: np.ndarray, col: np.ndarray, n: int) -> "Layout":
-        """Blocks, sorted by row and column, in the order of a scalar CSR matrix with 3 n rows."""
-        ptr = pointers(row, n).astype(np.int64)
-        degree = np.diff(ptr)[row]
-        slot = np.arange(len(row)) - ptr[row]
-        start, stride = 9 * ptr[row] + 3 * slot, 3 * degree
-        return cls(row, col, start.astype(np.int32), stride.astype(np.int32), 9 * len(row))
-
-    def scalar(self, n: int) -> tuple[np.ndarray, np.ndarray]:
-        """`indptr` and `indices` of the scalar CSR matrix with 3 n rows, where the layout came from `csr`."""
-        degree = np.bincount(self.row, minlength=n)
-        indptr = np.concatenate([[0], np.cumsum(np.repeat(3 * degree, 3))]).astype(np.int32)
-        indices = np.empty(self.size, dtype=np.int32)
-        for a in range(3):
-            for b in range(3):
-                indices[self.start + a * self.stride + b] = 3 * self.col + b
-        return indptr, indices
+from muslin.elements.launch import Launch, is_small
+from muslin.elements.layout import Layout, pointers
 
 
 class Pattern:
@@ -144,7 +108,9 @@ class Assembly:
         kernel = _assemble_modes if rows.ndim == 2 else _assemble_blocks
         where = (layout.start, layout.stride, np.ascontiguousarray(mass[k]))
         contributions = (ptr, np.ascontiguousarray(pattern.block_rows[position]))
-        self._launch = Launch(kernel, rows, *contributions, *where, self._scale, self.data)
+        self._launch = Launch(
+            kernel(is_small(len(layout.start))), rows, *contributions, *where, self._scale, self.data
+        )
 
     def __call__(self, scale: float) -> np.ndarray:
         """Write the data array, and return it: the next call writes over it."""
@@ -164,11 +130,6 @@ def _diagonal(layout: Layout, blocks: np.ndarray) -> np.ndarray:
     return np.stack([start + a * (stride + 1) for a in range(3)], axis=1)
 
 
-def pointers(labels: np.ndarray, count: int) -> np.ndarray:
-    """CSR row pointers of integer labels 0..count-1."""
-    return np.concatenate([[0], np.cumsum(np.bincount(labels, minlength=count))]).astype(np.int32)
-
-
 @ti.kernel
 def _gather_vector(rows: vec3s, ptr: integers, index: integers, out: vec3s):
     for i in range(out.shape[0]):
@@ -184,41 +145,51 @@ def _write(data: ti.template(), start, stride, B):
         data[start + a * stride + b] = B[a, b]
 
 
-@ti.kernel
-def _assemble_modes(
-    row: rows,
-    ptr: integers,
-    index: integers,
-    start: integers,
-    stride: integers,
-    mass: scalars,
-    scale: scalars,
-    data: scalars,
-):
-    for k in range(start.shape[0]):
-        total = ti.Matrix.zero(float, 3, 3)
-        for c in range(ptr[k], ptr[k + 1]):
-            e, pair = index[c] // 9, index[c] % 9
-            total += modes.load(row, e, pair // 3, pair % 3)
-        _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
+@functools.cache
+def _assemble_modes(serial: bool):
+    @ti.kernel
+    def kernel(
+        row: rows,
+        ptr: integers,
+        index: integers,
+        start: integers,
+        stride: integers,
+        mass: scalars,
+        scale: scalars,
+        data: scalars,
+    ):
+        ti.loop_config(serialize=serial)
+        for k in range(start.shape[0]):
+            total = ti.Matrix.zero(float, 3, 3)
+            for c in range(ptr[k], ptr[k + 1]):
+                e, pair = index[c] // 9, index[c] % 9
+                total += modes.load(row, e, pair // 3, pair % 3)
+            _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
+
+    return kernel
 
 
-@ti.kernel
-def _assemble_blocks(
-    blocks: mat3s,
-    ptr: integers,
-    index: integers,
-    start: integers,
-    stride: integers,
-    mass: scalars,
-    scale: scalars,
-    data: scalars,
-):
-    for k in range(start.shape[0]):
-        total = ti.Matrix.zero(float, 3, 3)
-        for c in range(ptr[k], ptr[k + 1]):
-            total += blocks[index[c]]
-        _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
+@functools.cache
+def _assemble_blocks(serial: bool):
+    @ti.kernel
+    def kernel(
+        blocks: mat3s,
+        ptr: integers,
+        index: integers,
+        start: integers,
+        stride: integers,
+        mass: scalars,
+        scale: scalars,
+        data: scalars,
+    ):
+        ti.loop_config(serialize=serial)
+        for k in range(start.shape[0]):
+            total = ti.Matrix.zero(float, 3, 3)
+            for c in range(ptr[k], ptr[k + 1]):
+                total += blocks[index[c]]
+            _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
+
+    return kernel
 
 
 class Impulse:
@@ -239,7 +210,9 @@ class Impulse:
         self._dt = np.zeros(1)
         neighbours = (pointers(pattern.layout.row, n), pattern.layout.col.astype(np.int32), mass)
         gather = (rows, pattern.vertex_ptr, pattern.vertex_rows)
-        self._launch = Launch(_impulse, *gather, *neighbours, self.v, self.force, self._dt, self.out)
+        self._launch = Launch(
+            _impulse(is_small(n)), *gather, *neighbours, self.v, self.force, self._dt, self.out
+        )
 
     def __call__(self, v: np.ndarray, force: np.ndarray, dt: float) -> np.ndarray:
         """(n, 3) [kg m/s]; the next call writes over it."""
@@ -248,23 +221,28 @@ class Impulse:
         return self.out
 
 
-@ti.kernel
-def _impulse(
-    rows: vec3s,
-    ptr: integers,
-    index: integers,
-    block_ptr: integers,
-    neighbour: integers,
-    mass: scalars,
-    v: vec3s,
-    force: vec3s,
-    dt: scalars,
-    out: vec3s,
-):
-    for i in range(out.shape[0]):
-        momentum, pull = ti.Vector([0.0, 0.0, 0.0]), force[i]
-        for k in range(block_ptr[i], block_ptr[i + 1]):
-            momentum += mass[k] * v[neighbour[k]]
-        for k in range(ptr[i], ptr[i + 1]):
-            pull -= rows[index[k]]
-        out[i] = momentum + dt[0] * pull
+@functools.cache
+def _impulse(serial: bool):
+    @ti.kernel
+    def kernel(
+        rows: vec3s,
+        ptr: integers,
+        index: integers,
+        block_ptr: integers,
+        neighbour: integers,
+        mass: scalars,
+        v: vec3s,
+        force: vec3s,
+        dt: scalars,
+        out: vec3s,
+    ):
+        ti.loop_config(serialize=serial)
+        for i in range(out.shape[0]):
+            momentum, pull = ti.Vector([0.0, 0.0, 0.0]), force[i]
+            for k in range(block_ptr[i], block_ptr[i + 1]):
+                momentum += mass[k] * v[neighbour[k]]
+            for k in range(ptr[i], ptr[i + 1]):
+                pull -= rows[index[k]]
+            out[i] = momentum + dt[0] * pull
+
+    return kernel

@@ -16,7 +16,7 @@ from muslin import given
 from muslin.batch import evaluate, kept, run
 from muslin.elements import modes
 from muslin.elements.arrays import index3, integers, mat3s, rows, scalars, vec3s, vec4s
-from muslin.elements.launch import Launch
+from muslin.elements.launch import Launch, is_small
 from muslin.errors import SimulationError
 from muslin.material import ENERGIES, FLIPS
 from muslin.stand_ins import NEEDS
@@ -150,8 +150,9 @@ class StudentElement:
             "eigensystem",
         )
         functions = tuple(getattr(f, name) for name in names)
-        key = ("fused", parts, self.flip, functions)
-        kernel = kept(f.deformation_gradient, key, lambda: _fused(*functions, self.flip, parts))
+        serial = is_small(len(self.triangles))
+        key = ("fused", parts, serial, self.flip, functions)
+        kernel = kept(f.deformation_gradient, key, lambda: _fused(*functions, self.flip, parts, serial))
         rest = (self.dphi, self.normal, self.area, self.mu, self.lam, self.h)
         modes_here = self.rows if self.road == "closed" else np.zeros((0, modes.LENGTH))
         out = (self._energies, self.gradient_rows, modes_here)
@@ -251,6 +252,7 @@ def _fused(
     eigensystem: Callable[..., Any],
     known_flip: Callable[..., Any] | None,
     able: int,
+    serial: bool,
 ) -> Callable[..., None]:
     """Kernel of the parts in `able`; the first entry of `orders` chooses among them."""
     flips = known_flip is not None
@@ -270,6 +272,7 @@ def _fused(
         gradient: vec3s,
         row: rows,
     ):
+        ti.loop_config(serialize=serial)
         for e in range(triangles.shape[0]):
             t = triangles[e]
             x0, x1, x2 = x[t[0]], x[t[1]], x[t[2]]
@@ -342,7 +345,8 @@ class KineticEnergy:
     ):
         self.function = usable(function)
         self._v, self._out = np.zeros((n, 3)), np.zeros(len(triangles))
-        kernel = kept(function, "kinetic_energy", lambda: _kinetic_energy(function))
+        serial = is_small(len(triangles))
+        kernel = kept(function, ("kinetic_energy", serial), lambda: _kinetic_energy(function, serial))
         self._launch = Launch(kernel, self._v, triangles, area, rho, h, self._out)
 
     def __call__(self, v: np.ndarray) -> np.ndarray:
@@ -441,9 +445,10 @@ def _dn_dx(f: Callable[..., Any]) -> Callable[..., None]:
     return kernel
 
 
-def _kinetic_energy(f: Callable[..., Any]) -> Callable[..., None]:
+def _kinetic_energy(f: Callable[..., Any], serial: bool) -> Callable[..., None]:
     @ti.kernel
     def kernel(v: vec3s, triangles: index3, area: scalars, rho: ti.f64, h: ti.f64, out: scalars):
+        ti.loop_config(serialize=serial)
         for e in range(triangles.shape[0]):
             t = triangles[e]
             out[e] = f(v[t[0]], v[t[1]], v[t[2]], area[e], rho, h)

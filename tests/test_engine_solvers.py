@@ -1,0 +1,120 @@
+"""Solvers: all of them solve the same system, in one piece or in two halves, and say when they cannot."""
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin import cholmod, scenes, simulation, solvers
+from muslin.errors import SimulationError
+from muslin.solvers import System
+
+
+def a_system(size, solver, held=(), project=True, **options):
+    """System matrix of a stretched sheet in a solver's own layout, and as a scipy matrix."""
+    scene = scenes.get("throw", mesh="grid", resolution=size, pinned="none", project=project)
+    model, state = simulation.build(replace_solver(scene, solver))
+    x = state.x * (1.1, 0.95, 1.0) + 1e-3 * np.random.default_rng(0).normal(size=state.x.shape)
+    fixed = np.zeros(len(x), bool)
+    fixed[list(held)] = True
+    blocks = model.cloth.pattern.layout
+    system = System(blocks.row, blocks.col, fixed, solver, project, model.cloth.X, **options)
+    model.cloth.update(x)
+    model.cloth.prepare("hessian", project=project)
+    model.cloth.assembly(system.layout, system.data)(1e-6)
+    K = model.cloth.stiffness_here(project)
+    return system, model.cloth.pattern.matrix(model.cloth.mass_data + 1e-6 * K)
+
+
+def replace_solver(scene, solver):
+    from dataclasses import replace
+
+    return replace(scene, solver=solver)
+
+
+@pytest.fixture(params=["cholmod", "superlu", "cg"])
+def solver(request):
+    if request.param == "cholmod":
+        pytest.importorskip("cvxopt")
+    return request.param
+
+
+@pytest.mark.parametrize("size", [2, 7, 40])
+def test_every_solver_solves_what_the_cloth_assembles(solver, size):
+    held = range(size, 2 * size) if size > 2 else ()
+    system, A = a_system(size, solver, held, tolerance=1e-13)
+    rng = np.random.default_rng(1)
+    b, known = rng.normal(size=(2, size * size, 3))
+    y = system.solve(b)
+    free = np.repeat(~system.held, 3)
+    np.testing.assert_array_equal(y[system.held], 0.0)
+    scale = np.abs(b).max()
+    assert np.abs((A @ y.ravel() - b.ravel())[free]).max() < 1e-9 * scale
+    again = system.solve(b)
+    np.testing.assert_array_equal(y, again)
+    assert system.solve(b, known)[system.held] == pytest.approx(known[system.held])
+
+
+@pytest.mark.parametrize("tolerance", [1e-3, 1e-6, 1e-10])
+def test_the_tolerance_bounds_the_residual(tolerance):
+    system, A = a_system(20, "cg", tolerance=tolerance)
+    b = np.random.default_rng(2).normal(size=(400, 3))
+    y = system.solve(b)
+    residual = np.linalg.norm(A @ y.ravel() - b.ravel()) / np.linalg.norm(b)
+    assert residual <= 1.01 * tolerance
+    cold = system.solver.iterations
+    system.solve(b, guess=y)
+    assert system.solver.iterations <= 1 < cold, "a warm start has little left to do"
+
+
+def test_a_loose_tolerance_is_seen_in_the_motion_and_a_tight_one_is_not():
+    exact = muslin.simulate("throw", mesh="grid", resolution=12, steps=10, solver="superlu").x
+
+    def off(tolerance):
+        run = muslin.simulate("throw", mesh="grid", resolution=12, steps=10, solver="cg", tolerance=tolerance)
+        return np.abs(run.x - exact).max()
+
+    assert off(1e-12) < 1e-9 < off(1e-3) < 1e-2
+
+
+def test_conjugate_gradients_say_when_they_cannot():
+    system, _ = a_system(12, "cg", project=False)
+    system.data *= -1
+    with pytest.raises(SimulationError, match="Conjugate gradients stopped"):
+        system.solve(np.ones((144, 3)))
+
+
+def test_auto_iterates_only_where_factors_would_not_fit():
+    assert solvers.choose("auto", 40_000) in ("cholmod", "superlu")
+    assert solvers.choose("auto", solvers.LARGE) == "cg"
+
+
+@pytest.mark.skipif(not cholmod.available(), reason="another build of CHOLMOD")
+def test_two_halves_are_one_whole(monkeypatch):
+    halves, _ = a_system(40, "cholmod", range(40))
+    assert hasattr(halves.solver._solve, "_halves")
+    monkeypatch.setattr(solvers, "HALVES", 10**9)
+    whole, _ = a_system(40, "cholmod", range(40))
+    monkeypatch.setattr(cholmod, "available", lambda: False)
+    wrapped, _ = a_system(40, "cholmod", range(40))
+    b = np.random.default_rng(3).normal(size=(1600, 3))
+    y = whole.solve(b)
+    np.testing.assert_allclose(halves.solve(b), y, atol=1e-9 * np.abs(y).max())
+    np.testing.assert_allclose(wrapped.solve(b), y, atol=1e-9 * np.abs(y).max())
+    alone = halves.solve(b)
+    halves.solver._solve._halves.parallel ^= True
+    np.testing.assert_array_equal(halves.solve(b), alone)
+
+
+@pytest.mark.parametrize("size", [10, 40])
+def test_an_indefinite_matrix_is_still_solved(size):
+    pytest.importorskip("cvxopt")
+    system, A = a_system(size, "cholmod", project=False)
+    at = system.layout.row == system.layout.col
+    start, stride = system.layout.start[at], system.layout.stride[at]
+    diagonal = A.diagonal()
+    shift = 0.5 * diagonal.max()
+    for a in range(3):
+        system.data[start + a * (stride + 1)] -= shift
+    b = np.random.default_rng(4).normal(size=(size * size, 3))
+    y = system.solve(b)
+    assert np.abs(A @ y.ravel() - shift * y.ravel() - b.ravel()).max() < 1e-6 * np.abs(b).max()
