@@ -7,13 +7,14 @@ import csv
 import dataclasses
 import io
 import re
+import sys
 
 import grading_samples as samples
 import pytest
 from test_grading_html import Page, home, in_a_browser, opened  # noqa: F401  (home is a fixture)
 
 from muslin import paths, tasks
-from muslin.classes import engines, gradebook, overrides, page, similarity
+from muslin.classes import engines, gradebook, overrides, page, press, similarity
 from muslin.classes.finding import Student, Submission
 from muslin.classes.gradebook import Row
 from muslin.classes.overrides import Override
@@ -205,6 +206,22 @@ def test_no_scheduler_is_said_in_one_line(monkeypatch):
         engines.cluster("tcp://127.0.0.1:9"),
     ):
         pass
+
+
+@pytest.mark.parametrize(
+    "code", ["import time; time.sleep(60)", "import os; os._exit(3)", "print('no answer')"]
+)
+def test_a_drawing_that_hangs_or_dies_costs_a_picture_only(code, monkeypatch, tmp_path):
+    monkeypatch.setattr(press, "python", lambda module: [sys.executable, "-c", code])
+    monkeypatch.setattr(press, "FIRST", 1.0)
+    rows = [row(str(k), "Jane", samples.mixed()) for k in range(4)]
+    done = []
+    made = press.press(tmp_path, rows, done.append)
+    assert done == [1, 2, 3, 4]
+    for key, printed in made.items():
+        assert printed == Printed(b"", "Drawing it took too long or failed.")
+        assert not Page((tmp_path / f"reports/{key}.html").read_text(encoding="utf-8")).open
+        assert not (tmp_path / f"pictures/{key}.png").exists()
 
 
 # The page --------------------------------------------------------------------------------------------------

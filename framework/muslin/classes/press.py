@@ -113,14 +113,19 @@ class _Machine:
     def ask(self, work: dict[str, Any]) -> dict[str, Any]:
         """A report and a picture; without pictures, if they cannot be had in time."""
         if self._broken < 3:
-            with contextlib.suppress(OSError, ValueError, queue.Empty):
-                limit = EACH if self._process else FIRST
-                process = self._process or self._start()
+            limit = EACH if self._process else FIRST
+            process = self._process or self._start()
+            alarm = threading.Timer(limit, process.kill)  # it may hang before it has read everything
+            alarm.start()
+            try:
                 assert process.stdin is not None
                 process.stdin.write(json.dumps(work).encode() + b"\n")
                 process.stdin.flush()
-                answer = json.loads(self._answers.get(timeout=limit))
-                return dict(answer)
+                return dict(json.loads(self._answers.get()))
+            except (OSError, ValueError):
+                pass
+            finally:
+                alarm.cancel()
             self._broken += 1
             self.stop()
         return _made(work, draw=False) | {"why": "Drawing it took too long or failed.", "again": True}
