@@ -14,7 +14,15 @@ from muslin.authoring import reference_data
 from muslin.errors import MuslinError
 
 ROOT = Path(__file__).resolve().parent.parent
-COPIED = ("pyproject.toml", "framework/muslin", "solutions", "assignments", "data", "tests/misconceptions")
+COPIED = (
+    "pyproject.toml",
+    "LICENSE",
+    "framework/muslin",
+    "solutions",
+    "assignments",
+    "data",
+    "tests/misconceptions",
+)
 
 
 @pytest.fixture
@@ -123,9 +131,9 @@ MISTAKES = {
     ),
     "too few misconceptions": (
         lambda: variants_of("wrong", 4),
-        r"phi\.py: phi has 4 misconceptions of 5; write 1 more",
+        r"phi\.py: phi has 4 of 5 misconceptions; write 1 more",
     ),
-    "too few right variants": (lambda: variants_of("right", 1), r"phi\.py: phi has 1 right variants of 2"),
+    "too few right variants": (lambda: variants_of("right", 1), r"phi\.py: phi has 1 of 2 right variants"),
     "no misconceptions at all": (SUITE.unlink, r"cloth/phi\.py: phi has no misconceptions; write 5 wrong"),
     "a variant of another function": (
         lambda: edit(SUITE, "def phi(", "def chi("),

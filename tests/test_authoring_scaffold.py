@@ -75,8 +75,8 @@ def test_a_new_assignment_works_at_once(repository, monkeypatch, capsys):
     }  # fmt: skip
     rest = [line for line in findings if line not in unwritten]
     assert [line.split(": ", 1)[1] for line in rest] == [
-        "example has 2 misconceptions of 5; write 3 more",
-        "example has 1 right variants of 2; write 1 more",
+        "example has 2 of 5 misconceptions; write 3 more",
+        "example has 1 of 2 right variants; write 1 more",
     ]
 
 

@@ -317,7 +317,7 @@ def _misconceptions(subject: Subject) -> Iterator[Finding]:
             count = sum(variant.verdict == verdict for variant in variants)
             if count < fewest:
                 do = f"write {fewest - count} more"
-                yield Finding(paths.shown(path), f"{task.name} has {count} {what} of {fewest}", do)
+                yield Finding(paths.shown(path), f"{task.name} has {count} of {fewest} {what}", do)
         for variant in variants:
             if fault := _fault(variant.code, task):
                 yield Finding(paths.shown(path), f"the variant {variant.name!r} {fault}", "correct it")
