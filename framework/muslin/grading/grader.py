@@ -330,6 +330,8 @@ def _simulate(
         return simulating.skipped("skipped: none of the functions works yet.")
     stand_ins = tuple(name for name in table.tasks if name not in usable)
     allowed = table.grading.simulation_deadline
+    # a file that kills its process, or brings nothing, is left out
+    files = {file: data for file, data in handed.files.items() if usable & _tasks_of(table, file)}
 
     request = {"do": "simulate", "stand_ins": stand_ins}
     answers: dict[str, dict[str, np.ndarray]] = {"run": {}, "laws": {}}
@@ -341,7 +343,7 @@ def _simulate(
         if worker is None or worker.status is not None:
             worker = sandbox.worker()
             known = store.load("simulation")
-            _, trouble = _load(worker, table, handed.files, known, deadline, allowed)
+            _, trouble = _load(worker, table, files, known, deadline, allowed)
         if trouble is None:
             cloth = simulating.test_cloth()
             question = {**request, "what": what}
@@ -352,6 +354,10 @@ def _simulate(
         _keep(worker, store, "simulation")
         worker.close()
     return simulating.judge(answers["laws"], answers["run"], expected, usable, stand_ins, troubles)
+
+
+def _tasks_of(table: Assignment, file: str) -> set[str]:
+    return {name for name, task in table.tasks.items() if task.file == file}
 
 
 def _passing(verdicts: Mapping[str, Verdict]) -> frozenset[str]:
