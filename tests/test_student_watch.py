@@ -127,7 +127,7 @@ def test_a_crash_of_student_code_does_not_end_the_watch(watched):
     deadly = "return X\n\n\nimport ctypes\n\nctypes.string_at(0)\n"
     save(folder, "shape_functions.py", STUB, deadly)
     out, _ = terminal.until("Now: phi")
-    assert "crashes" in out
+    assert "has ended the whole Python process" in out
     shutil.copy(SOLUTION / "shape_functions.py", folder / "shape_functions.py")
     out, _ = terminal.until("Now: deformation_gradient")
     assert out.count("ok  ") == 3
@@ -156,5 +156,5 @@ def test_an_endless_loop_ends_at_its_deadline_and_workers_are_renewed(tmp_path, 
             found, table=replace(found.table, grading=replace(found.table.grading, deadline=4.0))
         )
         reports = list(checker.check(hurried, ["mass_block", "phi"]))
-    assert "has not come to an end" in reports[0].message
+    assert "has not come to an end in 4 seconds" in reports[0].message
     assert reports[1].status == checking.GREEN

@@ -148,8 +148,16 @@ def test_a_crash_costs_its_own_task_only(typed):
         stream.write("\nimport ctypes\nctypes.string_at(0)\n")
     code, out, _ = typed("check", "right_cauchy_green", "dpsi_dF")
     assert code == 1
-    assert "right_cauchy_green crashes. It ended the whole Python process (SIGSEGV)" in out
+    assert "FAIL right_cauchy_green  Your code has ended the whole Python process (SIGSEGV)" in out
     assert "ok   dpsi_dF" in out
+
+
+def test_an_index_that_crashes_is_named_at_a_second_look(typed):
+    write("right_cauchy_green", "A = F\nfor k in range(20000):\n    A[k * 1000, 0] = 1.0\nreturn A")
+    code, out, err = typed("check", "right_cauchy_green")
+    assert code == 1
+    assert "1000 is not an index of" in out
+    assert len((out + err).splitlines()) < 20
 
 
 def test_a_comment_changes_no_verdict_and_a_helper_does():

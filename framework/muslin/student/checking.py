@@ -144,12 +144,14 @@ class Checker:
         keys = {name: workspace.key(name) for name in names}
         waiting = list(names)
         while waiting:
+            crash = None
             try:
-                for report in self._asked(workspace, waiting):
+                for report in self._asked(workspace, list(waiting)):
                     waiting.remove(report.task)
                     yield self._kept(workspace, report, keys)
-                waiting = []
-            except Crashed as crash:
+            except Crashed as error:
+                crash = error
+            if crash is not None:  # after the handler: a process forked inside it inherits the exception
                 self._worker = None
                 yield self._kept(workspace, self._crashed(workspace, waiting.pop(0), crash), keys)
 
@@ -166,19 +168,18 @@ class Checker:
 
     def _crashed(self, workspace: Workspace, name: str, crash: Crashed) -> Report:
         """What a crash was about: a second look, slower, names an index out of range."""
+        told = Report(name, ERROR, crash.message, notes=_notes(workspace.folder, workspace.table.tasks[name]))
         if crash.late:
-            message = f"{name} has not come to an end. {crash}\nIs there a loop that never stops?"
-            return Report(name, ERROR, message)
-        message = f"{name} crashes. {crash}\nMost often an index is out of range, or a function calls itself."
+            return told
         try:
             with Worker(debug=True) as worker:
                 arguments = (workspace.folder, workspace.table.name, (name,))
-                for report in worker.ask(examine, *arguments, deadline=60):
+                for report in worker.ask(examine, *arguments, deadline=workspace.table.grading.deadline):
                     if report.status == ERROR:
                         return report
-        except Crashed:
+        except MuslinError:
             pass
-        return Report(name, ERROR, message)
+        return told
 
 
 def told(workspace: Workspace, report: Report, width: int = 0, brief: bool = False) -> list[str]:

@@ -8,6 +8,7 @@ kernels of dropped functions are never freed, it is renewed now and then.
 from __future__ import annotations
 
 import contextlib
+import faulthandler
 import importlib
 import multiprocessing
 import os
@@ -77,7 +78,10 @@ class Worker:
             while True:
                 if not self._channel.poll(deadline):
                     self.close()
-                    raise Crashed(f"It has not ended after {deadline:g} seconds.", late=True)
+                    raise Crashed(
+                        f"Your code has not come to an end in {deadline:g} seconds. Is there a loop that never stops?",
+                        late=True,
+                    )
                 kind, what = self._channel.recv()
                 if kind == "end":
                     return
@@ -94,7 +98,9 @@ class Worker:
             code = self._process.exitcode or 0
             self.close()
             name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
-            raise Crashed(f"It ended the whole Python process ({name}).") from None
+            raise Crashed(
+                f"Your code has ended the whole Python process ({name}). Most often an index is out of range."
+            ) from None
 
     def close(self) -> None:
         """End the process, whatever it is doing."""
@@ -113,6 +119,11 @@ class Worker:
 def _serve(channel: Connection, other_end: Connection | None, debug: bool, ready: tuple[str, ...]) -> None:
     """Serve until the channel closes."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
+    faulthandler.disable()  # a crash is told by the other side
+    if debug:  # a second look at a crash: Taichi may print a line for every sample and loop
+        silence = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(silence, 1)
+        os.dup2(silence, 2)
     if other_end is not None:
         other_end.close()  # else this process would never hear that the other has gone
     from muslin import runtime
