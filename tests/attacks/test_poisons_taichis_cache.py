@@ -12,8 +12,10 @@ from muslin.grading.kernels import Store
 
 HOSTILE = """
 import os, pathlib
-for home in (os.path.expanduser("~"), HOME, os.environ.get("TI_OFFLINE_CACHE_FILE_PATH", "."), "kernels"):
+for home in (os.path.expanduser("~"), HOME, "kernels"):
     for folder in (".cache/taichi/ticache", ".", "muslin/grading", ".cache/muslin/grading"):
+        if home == "kernels" and folder != ".":
+            continue  # a folder in there, and nothing would be kept at all
         try:
             target = pathlib.Path(home, folder)
             target.mkdir(parents=True, exist_ok=True)
@@ -33,8 +35,10 @@ def test_nobody_else_meets_what_was_planted(attack):
     other = attack({TARGET: honest() + "# somebody else"})
     assert other.score == record.score
     cache = Path(os.environ["XDG_CACHE_HOME"]) / "muslin" / "grading"
+    planted = f"{attack.token} poison".encode()
     own = cache / Store(record.submission.sha256)._folder.name
-    kept = [path for path in cache.rglob("*") if path.is_file() and b"poison" in path.read_bytes()]
+    kept = [path for path in cache.rglob("*") if path.is_file() and planted in path.read_bytes()]
+    assert kept  # it has been tried
     assert all(own in path.parents for path in kept)
     for folder in (".cache/taichi", ".cache/muslin"):
         assert not list((Path.home() / folder).rglob(f"{attack.token}*"))
