@@ -7,18 +7,20 @@
 - `grading`     grade
 - `classes`     class grade
 - `authoring`   release, reference
+- `benching`    bench
 
 Commands import what they do when they run, so that `muslin --help` is instant.
 """
 
 from muslin.cli.app import INTERRUPTED, app, main
 
-from muslin.cli import student, simulating, viewing, grading, classes, authoring  # isort: skip  # noqa: RUF100  (in the order of --help)
+from muslin.cli import student, simulating, viewing, grading, classes, authoring, benching  # isort: skip  # noqa: RUF100  (in the order of --help)
 
 __all__ = [
     "INTERRUPTED",
     "app",
     "authoring",
+    "benching",
     "classes",
     "grading",
     "main",

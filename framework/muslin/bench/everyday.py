@@ -1,0 +1,66 @@
+"""What a person waits for: a picture of a simulation, the check of one function."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import time
+from collections.abc import Iterator
+from pathlib import Path
+
+import numpy as np
+
+from muslin import paths
+from muslin.runs import RunFolder
+from muslin.show import Show
+from muslin.simulation import simulate
+
+#: The task that is checked: typical in size.
+CHECKED = "dpsi_dF"
+
+
+def pictures(
+    folder: Path, steps: int = 160, size: tuple[int, int] = (1280, 720)
+) -> Iterator[tuple[str, np.ndarray]]:
+    """(quality, (frames, 2) wall and CPU time of a picture [ms]) of the scene `drape`, draft and good."""
+    simulate("drape", steps=steps, frame_every=max(1, steps // 8), out=folder / "drape")
+    for quality in ("draft", "good"):
+        show = Show(RunFolder(folder / "drape"), size=size, quality=quality)
+        frames = range(len(show.times))
+        show.picture(frames[-1])
+        taken = []
+        for k in frames:
+            wall, cpu = time.perf_counter(), time.process_time()
+            show.picture(k)
+            taken.append((time.perf_counter() - wall, time.process_time() - cpu))
+        yield quality, 1e3 * np.array(taken)
+
+
+def check(times: int = 3) -> np.ndarray | None:
+    """(times, 2) wall and CPU time of `muslin check` of one task, warm [ms]; None outside a checkout."""
+    if not paths.in_repository():
+        return None
+    command = [
+        sys.executable,
+        "-m",
+        "muslin.cli",
+        "check",
+        CHECKED,
+        "--functions",
+        str(paths.solution("cloth")),
+    ]
+    taken = []
+    for k in range(times + 1):
+        wall, cpu = time.perf_counter(), _children()
+        done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+        if done.returncode:
+            return None
+        if k:  # the first may compile
+            taken.append((time.perf_counter() - wall, _children() - cpu))
+    return 1e3 * np.array(taken)
+
+
+def _children() -> float:
+    spent = os.times()
+    return spent.children_user + spent.children_system

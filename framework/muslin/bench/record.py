@@ -1,0 +1,118 @@
+"""What a benchmark leaves: ratios of times, with their spread. Higher is better.
+
+A record as JSON::
+
+    {"version": 1, "ratios": {"100x100 native, speed against C++ (CPU)": {"median": 3.1, "low": 2.9, "high": 3.3}, ...}}
+
+It names no machine and no date: only what was divided by what.
+"""
+
+from __future__ import annotations
+
+import json
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+
+from muslin.errors import MuslinError
+
+VERSION = 1
+
+#: A ratio has regressed if a step costs more than this many times what was recorded.
+REGRESSED = 1.2
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """How many times faster than a reference: median, lowest and highest of the rounds."""
+
+    median: float
+    low: float
+    high: float
+
+    @classmethod
+    def of(cls, rounds: np.ndarray) -> Ratio:
+        """From the ratio of each round."""
+        return cls(*(float(f"{float(f(rounds)):.4g}") for f in (np.median, np.min, np.max)))
+
+    def __str__(self) -> str:
+        return f"{self.median:.3g} ({self.low:.3g}-{self.high:.3g})"
+
+
+@dataclass
+class Record:
+    """Ratios by name, and whether the machine was busy with something else."""
+
+    ratios: dict[str, Ratio] = field(default_factory=dict)
+    busy: bool = False
+
+    def save(self, path: Path) -> None:
+        """Write it as JSON."""
+        ratios = {name: vars(ratio) for name, ratio in self.ratios.items()}
+        text = json.dumps({"version": VERSION, "busy": self.busy, "ratios": ratios}, indent=1)
+        path.parent.mkdir(parents=True, exist_ok=True)
+        path.write_text(text + "\n", encoding="utf-8")
+
+    @classmethod
+    def load(cls, path: Path) -> Record:
+        """Read one back.
+
+        Raises
+        ------
+        MuslinError
+            If the file is missing or no record.
+        """
+        try:
+            read = json.loads(path.read_text(encoding="utf-8"))
+            if read["version"] != VERSION:
+                raise ValueError(f"version {read['version']}")
+            ratios = {
+                str(name): Ratio(*(float(r[key]) for key in ("median", "low", "high")))
+                for name, r in read["ratios"].items()
+            }
+            return cls(ratios, bool(read.get("busy", False)))
+        except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
+            raise MuslinError(
+                f"{path} is not a record of `muslin bench`: {error}.",
+                "Write one with: muslin bench --out FILE",
+            ) from None
+
+
+@dataclass(frozen=True)
+class Regression:
+    """A ratio that fell by more than `REGRESSED`."""
+
+    name: str
+    recorded: Ratio
+    now: Ratio
+
+    @property
+    def cost(self) -> float:
+        """Cost now, relative to the recorded one."""
+        return self.recorded.median / self.now.median
+
+    def __str__(self) -> str:
+        overlap = "" if self.now.high < self.recorded.low else "; the spreads overlap, so measure again"
+        return f"{self.name}: {self.now}, recorded {self.recorded}: {self.cost:.2f} times the cost{overlap}"
+
+
+def compare(now: Record, recorded: Record) -> tuple[list[Regression], list[str]]:
+    """Which ratios regressed, and which could not be compared.
+
+    Wall times of a busy machine say nothing about the code: they are not compared.
+
+    Returns
+    -------
+    regressions : list of Regression
+    left_out : list of str
+        Names of recorded ratios that were not compared.
+    """
+    regressions, left_out = [], []
+    for name, before in recorded.ratios.items():
+        here = now.ratios.get(name)
+        if here is None or (name.endswith("(wall)") and (now.busy or recorded.busy)):
+            left_out.append(name)
+        elif here.median * REGRESSED < before.median:
+            regressions.append(Regression(name, before, here))
+    return regressions, left_out

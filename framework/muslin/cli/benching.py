@@ -1,0 +1,48 @@
+"""The command that measures: bench."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from muslin import paths
+from muslin.cli.app import app
+
+
+@app.command()
+def bench(
+    quick: Annotated[bool, typer.Option("--quick", help="Without the largest cloth, fewer rounds.")] = False,
+    against: Annotated[
+        Path | None,
+        typer.Option(help="A recorded benchmark: name every ratio that regressed by more than 20 %."),
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write the ratios to this file.")] = None,
+    read: Annotated[Path | None, typer.Option(help="Compare this record instead of measuring.")] = None,
+    tiny: Annotated[bool, typer.Option("--tiny", hidden=True)] = False,
+) -> None:
+    """Measure steps, pictures and checks on this machine, beside C++ and the floor, in under three minutes."""
+    from muslin.bench import bench as benchmark
+    from muslin.bench import record as records
+
+    recorded = records.Record.load(against) if against else None  # complain before measuring
+    if read:
+        now = records.Record.load(read)
+    else:
+        plan = benchmark.TINY if tiny else benchmark.QUICK if quick else benchmark.FULL
+        now = benchmark.measure(plan, typer.echo)
+    if out:
+        now.save(out)
+        typer.echo(f"Ratios in {paths.shown(out)}.")
+    if recorded is None:
+        return
+    regressions, left_out = records.compare(now, recorded)
+    for name in left_out:
+        typer.echo(f"not compared: {name}")
+    for regression in regressions:
+        typer.echo(f"REGRESSED {regression}")
+    compared = len(recorded.ratios) - len(left_out)
+    typer.echo(f"{len(regressions)} of {compared} ratios regressed by more than 20 %.")
+    if regressions or not compared:
+        raise typer.Exit(1)
