@@ -7,7 +7,7 @@ import json
 import platform
 import signal
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from importlib import metadata
 from pathlib import Path
@@ -100,11 +100,15 @@ def grade(
             verdicts.update(answer.result())
         private = [pool.submit(part.private, verdicts, stages, tick) for part in parts]
         passing = _passing(verdicts)
-        simulation = _simulate(sandbox, table, handed, passing, store)
+        run = _run(sandbox, table, handed, passing, store)
         for finished in private:
             finished.result()
         if _passing(verdicts) != passing:  # some did not stand the private stage
-            simulation = _simulate(sandbox, table, handed, _passing(verdicts), store)
+            passing = _passing(verdicts)
+            run = _run(sandbox, table, handed, passing, store)
+        simulation = _judge_simulation(table, parts, passing, *run)
+        for part in parts:
+            part.close()
         tick("simulation")
     tidy()
     results = tuple(_result(table, verdicts[name]) for name in table.tasks)
@@ -142,7 +146,7 @@ class _Part:
     ):
         self._sandbox, self._table, self._deadline, self._seconds = sandbox, table, deadline, seconds
         self._store = store
-        self._file, self._tasks = file, [task for task in table.tasks.values() if task.file == file]
+        self._file, self.tasks = file, [task for task in table.tasks.values() if task.file == file]
         self._missing = handed.refused.get(file)
         self._files = {file: handed.files[file]} if file in handed.files else {}
         self._worker: Worker | None = None
@@ -156,9 +160,9 @@ class _Part:
         from muslin import reference
 
         verdicts = {}
-        for task in self._tasks:
+        for task in self.tasks:
             inputs, _ = reference.cases(self._table.name, task.name)
-            outcome = self._ask(task.name, inputs)
+            outcome = self.ask(task.name, inputs)
             if outcome.kind == "crash":
                 outcome = self._explained(task.name, inputs, outcome)
             verdicts[task.name] = checks.judge_public(self._table, task, outcome)
@@ -173,16 +177,19 @@ class _Part:
         self, verdicts: Mapping[str, Verdict], stages: Mapping[str, Private], tick: Callable[[str], None]
     ) -> None:
         """The private stage of those of its tasks that run."""
-        for task in self._tasks:
+        for task in self.tasks:
             verdict, stage = verdicts[task.name], stages[task.name]
             runs = verdict.passed("form")
-            outcome = self._ask(task.name, stage.inputs()) if runs else None
+            outcome = self.ask(task.name, stage.inputs()) if runs else None
             checks.judge_private(verdict, stage, outcome)
             tick(task.name)
+
+    def close(self) -> None:
+        """End its worker."""
         if self._worker:
             self._worker.close()
 
-    def _ask(self, task: str, inputs: Mapping[str, np.ndarray], debug: bool = False) -> Outcome:
+    def ask(self, task: str, inputs: Mapping[str, np.ndarray], debug: bool = False) -> Outcome:
         if self._missing:
             return Outcome(kind="file", text=self._missing)
         if self._broken:
@@ -219,7 +226,7 @@ class _Part:
 
     def _explained(self, task: str, inputs: Mapping[str, np.ndarray], crash: Outcome) -> Outcome:
         """Run a task that crashed once more, with Taichi looking for indices out of range."""
-        again = self._ask(task, inputs, debug=True)
+        again = self.ask(task, inputs, debug=True)
         if self._worker:
             self._worker.close()
         if again.kind in ("code", "python"):
@@ -319,41 +326,58 @@ def _crash(status: int) -> str:
     return f"It crashed ({means})."
 
 
-def _simulate(
+def _run(
     sandbox: Sandbox, table: Assignment, handed: Handed, usable: frozenset[str], store: Store
-) -> Simulation:
-    """The functions that passed, together; the framework's own element in place of the others."""
-    expected = simulating.reference(table.name)
-    if expected is None:
-        return simulating.skipped("This assignment has no simulation.")
-    if not usable:
-        return simulating.skipped("skipped: none of the functions works yet.")
+) -> tuple[dict[str, np.ndarray], str]:
+    """A simulation with the functions that passed, the framework's own element in place of the others.
+
+    What it leaves, or nothing and why.
+    """
+    if not usable or simulating.reference(table.name) is None:
+        return {}, ""
     stand_ins = tuple(name for name in table.tasks if name not in usable)
     allowed = table.grading.simulation_deadline
     # a file that kills its process, or brings nothing, is left out
     files = {file: data for file, data in handed.files.items() if usable & _tasks_of(table, file)}
 
-    request = {"do": "simulate", "stand_ins": stand_ins}
-    answers: dict[str, dict[str, np.ndarray]] = {"run": {}, "laws": {}}
-    troubles = {}
-    worker = None
-    for what in answers:
-        deadline = time.monotonic() + allowed
-        trouble = None
-        if worker is None or worker.status is not None:
-            worker = sandbox.worker()
-            known = store.load("simulation")
-            _, trouble = _load(worker, table, files, known, deadline, allowed)
+    deadline = time.monotonic() + allowed
+    worker = sandbox.worker()
+    try:
+        _, trouble = _load(worker, table, files, store.load("simulation"), deadline, allowed)
+        run: dict[str, np.ndarray] = {}
         if trouble is None:
-            cloth = simulating.test_cloth()
-            question = {**request, "what": what}
-            _, answers[what], trouble = _asked(worker, question, cloth, deadline, allowed)
-        if trouble is not None:
-            troubles[what] = trouble.text
-    if worker is not None:
-        _keep(worker, store, "simulation")
+            request = {"do": "simulate", "stand_ins": stand_ins}
+            _, run, trouble = _asked(worker, request, {}, deadline, allowed)
+        if trouble is None:
+            _keep(worker, store, "simulation")
+        return run, trouble.text if trouble else ""
+    finally:
         worker.close()
-    return simulating.judge(answers["laws"], answers["run"], expected, usable, stand_ins, troubles)
+
+
+def _judge_simulation(
+    table: Assignment,
+    parts: Sequence[_Part],
+    usable: frozenset[str],
+    run: Mapping[str, np.ndarray],
+    trouble: str,
+) -> Simulation:
+    """The functions that passed, put together; those of one task are asked of the worker they passed in."""
+    expected = simulating.reference(table.name)
+    if expected is None:
+        return simulating.skipped("This assignment has no simulation.")
+    if not usable:
+        return simulating.skipped("skipped: none of the functions works yet.")
+    home = {task.name: part for part in parts for task in part.tasks}
+
+    def ask(task: str, inputs: Mapping[str, np.ndarray]) -> tuple[np.ndarray, ...]:
+        outcome = home[task].ask(task, inputs)
+        if outcome.kind:
+            raise simulating.Trouble(f"{task}: {outcome.text}")
+        return outcome.results
+
+    stand_ins = tuple(name for name in table.tasks if name not in usable)
+    return simulating.judge(ask, run, trouble, expected, usable, stand_ins)
 
 
 def _tasks_of(table: Assignment, file: str) -> set[str]:

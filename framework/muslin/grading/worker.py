@@ -236,7 +236,7 @@ def serve(channel: socket.socket, home: Path, debug: bool, about: dict[str, Any]
                 from muslin.grading import simulating
 
                 assert functions is not None
-                results = simulating.measure(functions, header, arrays)
+                results = simulating.measure(functions, header["stand_ins"])
         except NotImplementedYet as error:
             reply["error"] = ["stub", str(error)]
         except MuslinError as error:
