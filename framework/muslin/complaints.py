@@ -51,6 +51,7 @@ ADVICE: tuple[tuple[str, str], ...] = (
         "Is it spelt like that elsewhere? A variable born inside an if or a loop is unknown after it: give it a "
         "value before.",
     ),
+    (r"\w *\^ *\w[^\n]*\n(.*\n)*?.*unsupported operand", "Power is ** in Python."),
     (
         r"unsupported operand.*(matrix|vector of \d) and a (\d|vector)",
         "The two have different sizes: + and - need the same size, * works entry by entry, @ multiplies matrices.",
@@ -85,7 +86,6 @@ ADVICE: tuple[tuple[str, str], ...] = (
         "That name is a function here, not one of this task's arguments.",
     ),
     (r"TypedConstant", "None and other Python objects are not numbers."),
-    (r"\^[^\n]*\n.*unsupported operand", "Power is ** in Python."),
     (r"has no attribute '(x0|x1|x2|X)'", "Vectors have no such part: v[0], v[1], v[2] are the components."),
     (
         r"unsupported operand",
