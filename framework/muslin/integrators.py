@@ -256,7 +256,7 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
         impulses = dt * np.abs(cloth.pattern.matrix(K)) @ np.abs(x).ravel()
         return 32 * np.finfo(float).eps * impulses
 
-    v = start
+    v: np.ndarray = start
     phi = objective(v)
     for _ in range(NEWTON_ITERATIONS):
         r, scale = residual(v)

@@ -482,7 +482,9 @@ class FreeSystem:
         n = len(held) // 3
         row = np.repeat(np.arange(3 * n), np.diff(indptr)).astype(np.int64)
         keys = np.unique(np.concatenate([row // 3 * n + indices // 3, np.arange(n) * (n + 1)]))
-        self.system = System(*np.divmod(keys, n), np.all(held.reshape(-1, 3), axis=1), solver, definite)
+        block_row, block_column = np.divmod(keys, n)
+        held_vertices = np.all(held.reshape(-1, 3), axis=1)
+        self.system = System(block_row, block_column, held_vertices, solver, definite)
         self._keys, self._row, self._col = keys, row, indices
 
     def _spread(self, layout: Layout, data: np.ndarray, out: np.ndarray) -> np.ndarray:

@@ -52,7 +52,9 @@ def bytes_of(colour: str) -> tuple[int, int, int]:
 
 def bodies(session: Session) -> tuple[np.ndarray, np.ndarray]:
     """Everything the cloth can bump into but the floor, as one mesh: vertices (k, 3) as shown, triangles (l, 3)."""
-    vertices, triangles, count = [np.zeros((0, 3))], [np.zeros((0, 3), dtype=np.int64)], 0
+    vertices: list[np.ndarray] = [np.zeros((0, 3))]
+    triangles: list[np.ndarray] = [np.zeros((0, 3), dtype=np.int64)]
+    count = 0
     for collider in session.colliders(session.state.time):
         if isinstance(collider, Plane):
             continue

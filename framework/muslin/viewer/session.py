@@ -78,7 +78,7 @@ class Session:
         self.model.colliders = self.colliders
         self.sphere = any(not isinstance(c, Plane) for c in self.scene.colliders(self.scene, 0.0))
         self.grabbed: int | None = None
-        self._pull = np.zeros(3)
+        self._pull: np.ndarray = np.zeros(3)
         self.pace = Pace()
         self._return()
 
