@@ -16,6 +16,7 @@ import numpy as np
 
 from muslin import reference
 from muslin.grading import diagnosis, properties
+from muslin.grading.laws import extent
 from muslin.grading.record import ERROR, FAILED, LAYERS, NOT_IMPLEMENTED, PASSED, SKIPPED, Check
 from muslin.tasks import Assignment, Task
 
@@ -166,12 +167,13 @@ def _told(
     )  # fmt: skip
 
 
-#: What is told of a private stage that could not be finished.
-_CATEGORY = {
-    "late": "It took too long on hidden inputs.",
-    "crash": "It crashed on hidden inputs.",
-    "garbled": "It answered with something that is not an array.",
-}
+def category(kind: str) -> str:
+    """What is told of trouble on inputs that are not to be known."""
+    return {
+        "late": "It took too long on hidden inputs.",
+        "crash": "It crashed on hidden inputs.",
+        "garbled": "It answered with something that is not an array.",
+    }.get(kind, "It raised an error on hidden inputs.")
 
 
 def judge_private(verdict: Verdict, stage: Private, outcome: Outcome | None) -> None:
@@ -182,7 +184,7 @@ def judge_private(verdict: Verdict, stage: Private, outcome: Outcome | None) -> 
         if outcome is None:
             status, message = SKIPPED, "skipped: the function does not run yet."
         else:
-            status, message = FAILED, _CATEGORY.get(outcome.kind, "It raised an error on hidden inputs.")
+            status, message = FAILED, category(outcome.kind)
         verdict.add(Check("hidden cases", "hidden", status, message))
         for name in names:
             verdict.add(Check(name, "properties", SKIPPED, "skipped: it was not reached."))
@@ -194,13 +196,12 @@ def judge_private(verdict: Verdict, stage: Private, outcome: Outcome | None) -> 
         if error <= prop.tolerance:
             verdict.add(Check(prop.name, "properties", PASSED, prop.statement))
         else:
-            size = f" (relative error {error:.1e})" if np.isfinite(error) else " (not finite)"
             verdict.add(
                 Check(
                     prop.name,
                     "properties",
                     FAILED,
-                    f"Does not hold: {prop.statement}{size}",
+                    f"Does not hold{extent(error)}: {prop.statement}",
                     cause=prop.cause,
                 )
             )

@@ -98,9 +98,12 @@ def grade(
         verdicts: dict[str, Verdict] = {}
         for _, answer in asked:  # all public output is in before any hidden input goes out
             verdicts.update(answer.result())
-        private = [pool.submit(part.private, verdicts, stages, tick) for part in parts]
         passing = _passing(verdicts)
-        run = _run(sandbox, table, handed, passing, store)
+        running = pool.submit(_run, sandbox, table, handed, passing, store)
+        if not sandbox.safety.defences["no other processes or programs"]:
+            running.result()  # it is shown, and workers that see hidden inputs could reach it
+        private = [pool.submit(part.private, verdicts, stages, tick) for part in parts]
+        run = running.result()
         for finished in private:
             finished.result()
         if _passing(verdicts) != passing:  # some did not stand the private stage
@@ -362,7 +365,10 @@ def _judge_simulation(
     run: Mapping[str, np.ndarray],
     trouble: str,
 ) -> Simulation:
-    """The functions that passed, put together; those of one task are asked of the worker they passed in."""
+    """The functions that passed, put together; each is asked of the worker it passed in.
+
+    These workers have seen hidden inputs: nothing they say is told, only what kind of trouble there was.
+    """
     expected = simulating.reference(table.name)
     if expected is None:
         return simulating.skipped("This assignment has no simulation.")
@@ -373,7 +379,7 @@ def _judge_simulation(
     def ask(task: str, inputs: Mapping[str, np.ndarray]) -> tuple[np.ndarray, ...]:
         outcome = home[task].ask(task, inputs)
         if outcome.kind:
-            raise simulating.Trouble(f"{task}: {outcome.text}")
+            raise simulating.Trouble(f"{task}: {checks.category(outcome.kind)}")
         return outcome.results
 
     stand_ins = tuple(name for name in table.tasks if name not in usable)

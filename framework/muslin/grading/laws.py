@@ -246,6 +246,13 @@ def _dsvd(A: np.ndarray, U: np.ndarray, s: np.ndarray, V: np.ndarray) -> tuple[n
     return U @ W, A[:, range(3), range(3)], V @ Z
 
 
+def extent(error: float) -> str:
+    """How far off something is, in words: numbers could carry hidden inputs out."""
+    if not np.isfinite(error):
+        return " (not finite)"
+    return " (by a little: are digits lost?)" if error < 1e-5 else ""
+
+
 def error(law: str, cloth: Cloth) -> tuple[float, float]:
     """Relative error of a law (a key of `NEEDED`), and how large it may be."""
     return _ERRORS[law](cloth)
