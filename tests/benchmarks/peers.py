@@ -57,8 +57,7 @@ def frames_of_muslin(X, triangles, pinned, integrator="linearly-implicit"):
     sys.path.insert(0, str(HERE.parent))
     from steps import scene_of
 
-    from muslin import simulation
-    from muslin import integrators
+    from muslin import integrators, simulation
 
     advance = integrators.integrator(integrator)
     model, state = simulation.build(scene_of("neutral", round(len(X) ** 0.5), 1))
@@ -251,7 +250,8 @@ class Peer:
 
     def ask(self, words: str) -> list[tuple[float, float]]:
         """One question, one answer."""
-        assert self.process.stdin and self.process.stdout
+        assert self.process.stdin
+        assert self.process.stdout
         try:
             print(words, file=self.process.stdin, flush=True)
             answer = self.process.stdout.readline()
