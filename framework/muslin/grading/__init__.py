@@ -3,8 +3,9 @@
 - `submission`  a folder, zip or tar becomes the task files, and nothing else
 - `sandbox`     the worker process and what keeps it in (`isolation`, `worker`, `wire`)
 - `checks`      the layers of a task: form, public cases, hidden cases, `properties`
-- `simulating`  all functions together on a small cloth
-- `diagnosis`   which mistake a wrong answer looks like
+- `simulating`  all functions together on a small cloth, and the `laws` they must obey
+- `diagnosis`   which mistake a wrong answer looks like, `mistakes` that are known
+- `kernels`     what a submission compiled, kept for its own next grading
 - `record`      the result; `views` turn it into every format there is
 - `grader`      `grade`, which puts it together
 
