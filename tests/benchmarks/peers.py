@@ -1,7 +1,7 @@
 """Milliseconds per frame of Muslin and of published packages, on the same cloth, alternating in one run.
 
     python tests/benchmarks/peers.py [--sizes 32,64,100] [--peers mujoco,style3d,vbd,simkit] [--frames 60]
-                                     [--rounds 6] [--environments FOLDER]
+                                     [--rounds 6] [--environments FOLDER] [--ours muslin,implicit] [--no-sphere]
 
 The scene: n x n vertices, 1 m square, 0.2 kg/m^2, horizontal at z = 1, one edge pinned, gravity 9.81 along -z, a
 sphere of radius 0.25 half-way under its middle, 2D Lame parameters mu = lam = 1e3 N/m, frames of 1/60 s. Ours takes
@@ -9,12 +9,12 @@ one linearly implicit step per frame. Every package gets the same triangles and 
 environment of its own, made here with pip. All processes stay alive and take turns of a few frames, so a busy machine
 is busy for all; ratios are taken within a round. What cannot be installed or run here is said by name.
 
-`muslin` is that; `implicit` is ours too, with the equation of backward Euler solved to the end in every frame.
+`muslin` is that; `implicit` is ours too, with the equation of backward Euler solved to the end in every frame (slow).
 
 Per package: time per frame (median; and by CPU time), the ratio to ours with its spread, the time from starting Python
 to the first frame with empty caches (first size only), and the largest stretch after 1 s. How well a frame solves the
 equation of backward Euler, M (x+ - x - dt v) + dt^2 (grad V(x+) - f) = 0 in the free vertices, relative to dt^2 |f|, is
-said for the first frames, before anything touches the sphere, where the package's energy and mass are ours: elsewhere
+said for the fourth frame, before anything touches the sphere, where the package's energy and mass are ours: elsewhere
 it is not comparable.
 """
 
@@ -49,18 +49,25 @@ PACKAGES = {
 COMPARABLE = ("muslin", "implicit")
 
 
+def scene(size: int, *centre: float):
+    """Our scene."""
+    sys.path.insert(0, str(HERE.parent))
+    from dataclasses import replace
+
+    from steps import scene_of
+
+    return replace(scene_of("neutral", size, 1), sphere_center=centre)
+
+
 # The packages: each a generator of positions, one frame at a time, run in its own environment ------------------------
 
 
 def frames_of_muslin(X, triangles, pinned, integrator="linearly-implicit"):
     """Our own element and the fast solver."""
-    sys.path.insert(0, str(HERE.parent))
-    from steps import scene_of
-
     from muslin import integrators, simulation
 
     advance = integrators.integrator(integrator)
-    model, state = simulation.build(scene_of("neutral", round(len(X) ** 0.5), 1))
+    model, state = simulation.build(scene(round(len(X) ** 0.5), *CENTRE))
     assert (model.cloth.triangles == triangles).all()
     while True:
         model.cloth.update(state.x)
@@ -210,7 +217,9 @@ def serve(name: str, problem: str) -> None:
     """In a package's process: answer "K" with the times of K frames, "save FILE" with positions in a file."""
     channel = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what a package prints is not an answer
+    global CENTRE
     given = np.load(problem)
+    CENTRE = tuple(float(x) for x in given["centre"])
     frames = globals()[f"frames_of_{name}"](given["X"], given["triangles"], given["pinned"])
     x = given["X"]
     for line in sys.stdin:
@@ -242,7 +251,7 @@ class Peer:
         with self.log.open("w") as log:
             self.process = subprocess.Popen(
                 [python, HERE, "--serve", name, str(problem)], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
-                stderr=log, text=True, env=environment,
+                stderr=log, text=True, env=environment, cwd=cache.parent,
             )  # fmt: skip
         first = self.ask("1")
         self.cold = time.perf_counter() - begin
@@ -300,13 +309,12 @@ def compare(
     size: int, pythons: dict[str, Path], options: argparse.Namespace, folder: Path, cold: bool
 ) -> None:
     """All packages on one size."""
-    from steps import scene_of
-
     from muslin import simulation
 
-    model, state = simulation.build(scene_of("neutral", size, 1))
+    centre = (*CENTRE[:2], -100.0) if options.no_sphere else CENTRE
+    model, state = simulation.build(scene(size, *centre))
     problem = folder / f"{size}.npz"
-    np.savez(problem, X=state.x, triangles=model.cloth.triangles, pinned=model.held)
+    np.savez(problem, X=state.x, triangles=model.cloth.triangles, pinned=model.held, centre=centre)
     print(f"\n{size}x{size} vertices", flush=True)
     peers: dict[str, Peer] = {}
     residuals: dict[str, float] = {}
@@ -354,13 +362,17 @@ def main() -> None:
     )
     parser.add_argument("--sizes", default="32,64,100")
     parser.add_argument("--peers", default=",".join(PACKAGES))
+    parser.add_argument("--ours", default="muslin", help="muslin,implicit")
+    parser.add_argument(
+        "--no-sphere", action="store_true", help="nothing to touch: a comparison of the elasticity"
+    )
     parser.add_argument("--frames", type=int, default=60)
     parser.add_argument("--rounds", type=int, default=6)
     parser.add_argument("--environments", type=Path, help="keep the virtual environments here")
     options = parser.parse_args()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        pythons = {"muslin": Path(sys.executable), "implicit": Path(sys.executable)}
+        pythons = {name: Path(sys.executable) for name in options.ours.split(",")}
         for peer in options.peers.split(","):
             try:
                 pythons[peer] = environment(options.environments or folder / "environments", peer)

@@ -13,8 +13,6 @@ single step from the same state.
 from __future__ import annotations
 
 import argparse
-import shutil
-import subprocess
 import sys
 import tempfile
 import time
@@ -25,6 +23,7 @@ import numpy as np
 
 import muslin
 from muslin import scenes, simulation
+from muslin.bench.candidates import build_baseline, run_baseline, write_problem
 from muslin.integrators import State, linearly_implicit_euler
 from muslin.scenes import Scene
 
@@ -48,46 +47,6 @@ def scene_of(name: str, size: int, steps: int) -> Scene:
 def level(scene: Scene, mesh: muslin.Mesh) -> np.ndarray:
     """Horizontal at z = 1."""
     return mesh.vertices + np.array([0.0, 0.0, 1.0])
-
-
-def build(folder: Path) -> Path | None:
-    """The C++ program, or None where there is no compiler or no Eigen."""
-    compiler = shutil.which("g++")
-    eigen = Path("/usr/include/eigen3")
-    if compiler is None or not eigen.is_dir():
-        return None
-    program = folder / "eigen_baseline"
-    flags = ["-O3", "-march=native", "-std=c++17", f"-I{eigen}"]
-    subprocess.run([compiler, *flags, str(HERE / "eigen_baseline.cpp"), "-o", str(program)], check=True)
-    return program
-
-
-def write_problem(scene: Scene, path: Path) -> None:
-    """What the C++ program reads: see there."""
-    model, state = simulation.build(scene)
-    cloth, (mu, lam) = model.cloth, scene.lame
-
-    def line(*numbers: float) -> str:
-        return " ".join(repr(float(number)) for number in numbers)
-
-    with path.open("w") as file:
-        print(len(cloth.X), len(cloth.triangles), len(model.held), file=file)
-        print(line(mu, lam, scene.rho, scene.h, scene.dt), file=file)
-        print(line(*scene.gravity), file=file)
-        print(line(*scene.sphere_center, scene.sphere_radius if scene.sphere else -1.0), file=file)
-        for a, b in zip(cloth.X, state.x, strict=True):
-            print(line(*a, *b), file=file)
-        np.savetxt(file, cloth.triangles, fmt="%d")
-        np.savetxt(file, model.held, fmt="%d")
-
-
-def run_baseline(program: Path, problem: Path, steps: int, how: str) -> tuple[np.ndarray, np.ndarray]:
-    """((steps, 2) wall and CPU time [ms], positions (<= 20, n, 3)) of the C++ program."""
-    trajectory = problem.with_suffix(".xyz")
-    command = [str(program), str(problem), str(steps), str(trajectory), how]
-    printed = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    n = int(problem.read_text().split(maxsplit=1)[0])
-    return np.array(printed.split(), float).reshape(-1, 2), np.fromfile(trajectory).reshape(-1, n, 3)
 
 
 def run_ours(scene: Scene, functions: object) -> np.ndarray:
@@ -148,9 +107,9 @@ def main() -> None:
     ours = {"student": functions, "native": None}
     growth: dict[str, list[tuple[int, float]]] = {name: [] for name in ours}
     with tempfile.TemporaryDirectory() as folder:
-        program = build(Path(folder))
+        program, why = build_baseline(Path(folder))
         if program is None:
-            sys.exit("No g++, or no Eigen: apt-get install -y g++ libeigen3-dev")
+            sys.exit(f"No C++ baseline: {why}.")
         for size in map(int, chosen.sizes.split(",")):
             steps = chosen.steps if size <= 100 else max(12, chosen.steps // 4)
             scene = scene_of(chosen.scene, size, steps)
