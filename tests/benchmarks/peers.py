@@ -42,7 +42,7 @@ PACKAGES = {
     "mujoco": (("mujoco-core==4.0.0",), "flex membrane, integrator=discrete"),
     "style3d": (("newton==1.8.0", "warp-lang==1.19.0"), "Newton, its example's 2 substeps x 10 iterations"),
     "vbd": (("newton==1.8.0", "warp-lang==1.19.0"), "Newton, its example's 10 substeps x 10 iterations"),
-    "simkit": (("simkit==0.1.8",), "membrane, one Newton step, SuperLU"),
+    "simkit": (("simkit==0.1.8",), "membrane, one Newton step with its line search, SuperLU"),
 }
 
 #: Whose energy and mass matrix are ours, so that the residual of our equation says something of them.
@@ -207,7 +207,13 @@ def frames_of_simkit(X, triangles, pinned):
             outer = sphere.contact_springs_sphere_hessian(y, stiffness, centre, RADIUS)
             return S @ (M / DT**2 + inner + outer) @ S.T
 
-        z = newton_solver(x[free].copy(), None, gradient, hessian, do_line_search=False)
+        def energy(z, goal=goal):
+            y = whole(z)
+            inner = membrane.membrane_neo_hookean_energy_x(y.reshape(-1, 3), J, mu, lam, area)
+            outer = sphere.contact_springs_sphere_energy(y.reshape(-1, 3), stiffness, centre, RADIUS)
+            return float((y - goal).T @ (M @ (y - goal))) / (2 * DT**2) + float(inner) + outer
+
+        z = newton_solver(x[free].copy(), energy, gradient, hessian)
         following = whole(z).copy()
         x, v = following, (following - x) / DT
         yield x.reshape(-1, 3)
@@ -334,8 +340,12 @@ def compare(
     while done < options.frames:
         count = min(turn, options.frames - done)
         for name in list(peers):
-            taken = peers[name].ask(str(count))
-            rounds[name].append(np.median(np.array(taken), axis=0))
+            try:
+                taken = peers[name].ask(str(count))
+                rounds[name].append(np.median(np.array(taken), axis=0))
+            except RuntimeError as error:
+                print(f"  {name} fails after frame {done}: {error}", flush=True)
+                del peers[name]
         done += count
     base = np.array(rounds["muslin"])
     for name, peer in peers.items():
