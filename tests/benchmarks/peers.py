@@ -211,7 +211,8 @@ def frames_of_simkit(X, triangles, pinned):
             y = whole(z)
             inner = membrane.membrane_neo_hookean_energy_x(y.reshape(-1, 3), J, mu, lam, area)
             outer = sphere.contact_springs_sphere_energy(y.reshape(-1, 3), stiffness, centre, RADIUS)
-            return float((y - goal).T @ (M @ (y - goal))) / (2 * DT**2) + float(inner) + outer
+            inertia = float(((y - goal) * (M @ (y - goal))).sum()) / (2 * DT**2)
+            return inertia + float(np.sum(inner)) + outer
 
         z = newton_solver(x[free].copy(), energy, gradient, hessian)
         following = whole(z).copy()
