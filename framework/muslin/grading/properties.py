@@ -1261,7 +1261,7 @@ _NODAL_FORCE = (
     ),
     Property(
         "power",
-        "The force does the work the triangle gives up: f . v must be -h area P : (v grad_phi^T).",
+        "When the vertex moves, the force must do the work that the triangle gives up.",
         _pulled,
         _vanishes("nodal_force", _power),
     ),
