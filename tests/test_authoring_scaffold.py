@@ -16,29 +16,6 @@ from muslin.authoring import lint, reference_data, scaffold
 from muslin.errors import MuslinError
 
 ROOT = Path(__file__).resolve().parent.parent
-COPIED = (
-    "pyproject.toml",
-    "LICENSE",
-    "framework/muslin",
-    "solutions",
-    "assignments",
-    "data",
-    "tests/misconceptions",
-)
-
-
-@pytest.fixture
-def repository(tmp_path, monkeypatch):
-    """A copy of the repository in which a test may do as it likes."""
-    for name in COPIED:
-        source, target = ROOT / name, tmp_path / name
-        if source.is_dir():
-            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
-        else:
-            shutil.copy(source, target)
-    monkeypatch.setattr(paths, "_REPOSITORY", tmp_path)
-    monkeypatch.chdir(tmp_path)
-    return tmp_path
 
 
 def run(monkeypatch, capsys, words: str) -> tuple[int, str, str]:

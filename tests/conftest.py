@@ -1,0 +1,37 @@
+"""Fixtures of more than one file."""
+
+from __future__ import annotations
+
+import shutil
+from pathlib import Path
+
+import pytest
+
+from muslin import paths
+
+ROOT = Path(__file__).resolve().parent.parent
+
+#: What a checkout needs for assignments to be written, released and checked in it.
+COPIED = (
+    "pyproject.toml",
+    "LICENSE",
+    "framework/muslin",
+    "solutions",
+    "assignments",
+    "data",
+    "tests/misconceptions",
+)
+
+
+@pytest.fixture
+def repository(tmp_path, monkeypatch):
+    """A copy of the repository in which a test may do as it likes."""
+    for name in COPIED:
+        source, target = ROOT / name, tmp_path / name
+        if source.is_dir():
+            shutil.copytree(source, target, ignore=shutil.ignore_patterns("__pycache__"))
+        else:
+            shutil.copy(source, target)
+    monkeypatch.setattr(paths, "_REPOSITORY", tmp_path)
+    monkeypatch.chdir(tmp_path)
+    return tmp_path
