@@ -418,8 +418,9 @@ def _instructors(hidden: Path | str | None, table: Assignment) -> tuple[Path | N
         provenance = json.loads((folder / "provenance.json").read_text(encoding="utf-8"))
         assignment, secret = provenance["assignment"], str(provenance["seed"])
     except (OSError, ValueError, KeyError, TypeError) as error:
+        why = getattr(error, "strerror", None) or str(error)
         raise MuslinError(
-            f"{paths.shown(folder)} holds no hidden reference data ({error}).",
+            f"{paths.shown(folder)} holds no hidden reference data (provenance.json: {why}).",
             "Make them with: muslin reference build --hidden --seed SECRET --out DIR",
         ) from None
     if assignment != table.name:

@@ -122,8 +122,6 @@ def judge(
         checks.append(Check(FOLLOWS, "simulation", FAILED, trouble))
     failed = any(check.status == FAILED for check in checks)
     told = "Your functions do not fit together" if failed else "Your functions work together"
-    if stand_ins:
-        told += f"; Muslin's own element stood in for {', '.join(stand_ins)}"
     return Simulation(
         status=FAILED if failed else PASSED,
         message=f"{told}.",
