@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import mesh, scenes, simulation
+from muslin import colliders, integrators, mesh, scenes, simulation
 from muslin.errors import MuslinError, SimulationError
 from muslin.integrators import State, linearly_implicit_euler
 from muslin.runs import RunFolder
@@ -119,6 +119,54 @@ def test_draped_cloth_rests_on_the_sphere(solution):
     assert run.cloth.stretches(run.x).max() < 1.2, "folds, not spikes"
     assert run.x[:, 1].max() > 0.28, "it lies on top"
     assert run.x[:, 1].min() < -0.05, "it hangs down"
+
+
+SPHERE_BELOW = {"resolution": 24, "dt": 1 / 60, "steps": 60, "floor": False, "pinned": "corners"}
+
+
+def test_contacts_in_the_system_are_a_constrained_step():
+    """Against the dense system with a multiplier for every vertex that presses."""
+    scene = scenes.get("drape", contact="solve", resolution=9, dt=1 / 60, floor=False)
+    model, state = simulation.build(scene)
+    cloth, dt = model.cloth, scene.dt
+    for _ in range(40):
+        cloth.update(state.x)
+        state, last = integrators.linearly_implicit_euler(model, state, dt), state
+    (contact,) = model.contacts(last, dt)
+    assert len(state.pressed) > 5
+    speed = np.einsum("ij,ij->i", contact.normals, last.v[contact.vertices])
+    presses = np.isin(contact.vertices, last.pressed) | (speed < 0)
+    N = np.zeros((presses.sum(), 3 * len(last.x)))
+    for row, (i, n) in zip(
+        N, zip(contact.vertices[presses], contact.normals[presses], strict=True), strict=True
+    ):
+        row[3 * i : 3 * i + 3] = n
+    M = cloth.mass.toarray()
+    A = M + dt**2 * cloth.hessian(last.x, project=True).toarray()
+    b = M @ last.v.ravel() + dt * (model.weight - cloth.gradient(last.x)).ravel()
+    zero = np.zeros((len(N), len(N)))
+    v = np.linalg.solve(np.block([[A, N.T], [N, zero]]), np.concatenate([b, np.zeros(len(N))]))[: b.size]
+    v = colliders.respond(v.reshape(-1, 3), [contact])
+    np.testing.assert_allclose(state.v, v, atol=1e-5 * np.abs(v).max())
+
+
+def test_contacts_in_the_system_make_no_spikes():
+    stretch = {}
+    for contact in colliders.CONTACT:
+        run = muslin.simulate("drape", contact=contact, **SPHERE_BELOW)
+        assert run.energies.contacts.max() > 20
+        assert run.energies.approach.min() >= -1e-12
+        assert run.energies.penetration[30:].max() <= 0.05
+        stretch[contact] = run.cloth.stretches(run.x).max()
+    assert stretch["solve"] < 1.05 < stretch["filter"], stretch
+
+
+def test_a_run_with_contacts_in_the_system_resumes_to_the_same_end(tmp_path):
+    scene = SPHERE_BELOW | {"contact": "solve", "frame_every": 5}
+    muslin.simulate("drape", out=tmp_path / "run", **scene | {"steps": 30})
+    longer = muslin.simulate("drape", steps=40, out=tmp_path / "run", resume=True)
+    whole = muslin.simulate("drape", out=tmp_path / "whole", **scene | {"steps": 40})
+    np.testing.assert_array_equal(longer.x, whole.x)
 
 
 def test_a_floor_holds_and_is_never_passed():
@@ -260,6 +308,7 @@ def test_every_parameter_can_be_overridden_and_nonsense_is_refused():
         {"gravity": "1,2"}, {"dt": "0"}, {"dt": "nan"}, {"sphere": "perhaps"}, {"colour": "red"}, {"steps": -5},
         {"resolution": "1.5"}, {"E": -1.0, "nu": 0.3}, {"pinned": "99999"}, {"solver": "magic"}, {"rho": 0},
         {"integrator": "guess"}, {"mesh": "nowhere.obj"}, {"drag_vertex": 10**6},
+        {"contact": "guess"}, {"contact": "solve", "integrator": "backward-euler"},
     ]  # fmt: skip
     assert scenes.get("cape", walk_speed="2", **{"turn_period": 4}).walk_speed == 2.0
     for name in scenes.SCENES:  # what a run records can be read back

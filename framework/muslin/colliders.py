@@ -69,6 +69,9 @@ class Plane:
 
 Collider = Sphere | Capsule | Plane
 
+#: How contacts are answered: the velocity is filtered after the system is solved (S10), or they are part of it.
+CONTACT = ("filter", "solve")
+
 
 @dataclass(frozen=True)
 class Contacts:

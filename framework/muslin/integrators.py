@@ -4,18 +4,21 @@ Linearly implicit Euler is one Newton step of backward Euler, from the current v
 
     (M + dt^2 K) v+ = M v + dt f(q),    q+ = q + dt v+,    K = d2V/dq2 (projected)
 
-Both detect contacts at q and filter v+ at them (S10).
+Both detect contacts at q and filter v+ at them (S10). With `contact="solve"` linearly implicit Euler knows of them
+when it solves: (M + dt^2 K) v+ = M v + dt f(q) + sum_i lambda_i n_i, with impulses lambda_i that keep vertices in
+contact from moving inwards.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from muslin.cloth import Cloth
 from muslin.colliders import (
+    CONTACT,
     Collider,
     Contacts,
     Detect,
@@ -38,14 +41,21 @@ class Spring:
     stiffness: float = 1e3
 
 
+_NOBODY = np.empty(0, dtype=np.int64)
+
+
 @dataclass
 class State:
-    """Positions [m] and velocities [m/s], (n, 3) each, at a time [s], and the contacts v was filtered at."""
+    """Positions [m] and velocities [m/s], (n, 3) each, at a time [s], and the contacts v was filtered at.
+
+    `pressed` are the vertices a contact pushed in the last step, where contacts are part of the system.
+    """
 
     x: np.ndarray
     v: np.ndarray
     time: float = 0.0
     contacts: list[Contacts] = field(default_factory=list)
+    pressed: np.ndarray = field(default_factory=lambda: _NOBODY)
 
 
 @dataclass
@@ -74,6 +84,8 @@ class Model:
     tolerance : float
         Of Newton's method: see `backward_euler`. Of iterative solvers: the residual of a linear system, relative
         to its right-hand side.
+    contact : {"filter", "solve"}
+        Whether contacts change the velocity after the system is solved, or are part of the system.
     """
 
     cloth: Cloth
@@ -87,6 +99,7 @@ class Model:
     project: bool = True
     solver: str = "auto"
     tolerance: float = 1e-8
+    contact: str = CONTACT[0]
 
     def __post_init__(self) -> None:
         from muslin.elements.contact import Detection, Response
@@ -147,7 +160,13 @@ class Model:
         self.cloth.prepare("hessian", project=self.project)
         self._assemble(dt**2)
         if self.spring:
-            self._assemble.add_to_diagonal(self.spring.vertex, dt**2 * self.spring.stiffness)
+            self.add_to_diagonal(
+                np.array([self.spring.vertex]), dt**2 * self.spring.stiffness * np.eye(3)[None]
+            )
+
+    def add_to_diagonal(self, vertices: np.ndarray, blocks: np.ndarray) -> None:
+        """Add (k, 3, 3) blocks to those of distinct vertices (k,) in the matrix just assembled."""
+        self._assemble.add_to_diagonal(vertices, blocks)
 
     def coupling(self, known: np.ndarray | None, dt: float) -> np.ndarray | None:
         """Data of `system.coupling` for the matrix just assembled, where the held vertices move."""
@@ -195,8 +214,52 @@ def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
     b = model.impulse(state, force, dt)
     model.assemble(dt)
     known = model.known_velocity(state.time, dt)
-    v = model.system.solve(b, known, model.coupling(known, dt), guess=state.v)
-    return _finish(model, state, v, contacts, dt)
+    coupling = model.coupling(known, dt)
+    touching = [contact for contact in contacts if len(contact.vertices)]
+    if model.contact == "solve" and touching:
+        v, pressed = _solve_touching(model, state, b, known, coupling, touching)
+    else:
+        v, pressed = model.system.solve(b, known, coupling, guess=state.v), _NOBODY
+    return replace(_finish(model, state, v, contacts, dt), pressed=pressed)
+
+
+#: How much harder a contact is than the hardest spring of the cloth.
+CONTACT_STIFFNESS = 1e6
+
+
+def _solve_touching(
+    model: Model,
+    state: State,
+    b: np.ndarray,
+    known: np.ndarray | None,
+    coupling: np.ndarray | None,
+    contacts: list[Contacts],
+) -> tuple[np.ndarray, np.ndarray]:
+    """Solve the system just assembled, with stiff springs along the normals of contacts that press.
+
+    Which do is corrected from step to step instead of in every step again and again: those that pressed before, and
+    those that move inwards. One that would rather leave is held in this step, and let go in the next.
+
+    Returns
+    -------
+    v : (n, 3) array
+    pressed : int array
+        Vertices that press now.
+    """
+    vertices = np.concatenate([contact.vertices for contact in contacts])
+    n = np.concatenate([contact.normals for contact in contacts])
+    least = np.einsum("ij,ij->i", n, np.concatenate([contact.velocities for contact in contacts]))
+    presses = np.isin(vertices, state.pressed) | (np.einsum("ij,ij->i", n, state.v[vertices]) < least)
+    stiffness = CONTACT_STIFFNESS * float(np.abs(model.system.data).max())
+    along = n[presses]
+    blocks = np.zeros((len(b), 3, 3))
+    np.add.at(blocks, vertices[presses], stiffness * along[:, :, None] * along[:, None, :])
+    pushed = b.copy()
+    np.add.at(pushed, vertices[presses], stiffness * least[presses, None] * along)
+    held = np.unique(vertices[presses])
+    model.add_to_diagonal(held, blocks[held])
+    v = model.system.solve(pushed, known, coupling, guess=state.v)
+    return v, vertices[np.einsum("ij,ij->i", n, v[vertices]) < least]
 
 
 #: Newton iterations at most, before a step counts as failed. A few do, but where a compressed sheet must first

@@ -104,7 +104,7 @@ class Writer:
                 _save(self.folder / "display" / f"{step:06d}.npy", display)
             self._flush()
             partial = self.folder / "checkpoint.partial.npz"
-            np.savez(partial, x=state.x, v=state.v, time=state.time, step=step)
+            np.savez(partial, x=state.x, v=state.v, time=state.time, step=step, pressed=state.pressed)
             os.replace(partial, self.folder / "checkpoint.npz")
 
     def _flush(self) -> None:
@@ -193,7 +193,8 @@ class RunFolder:
     def checkpoint(self) -> tuple[State, int]:
         """Last state saved, and its step."""
         with _reading(self.folder / "checkpoint.npz") as path, np.load(path) as saved:
-            return State(saved["x"], saved["v"], float(saved["time"])), int(saved["step"])
+            state = State(saved["x"], saved["v"], float(saved["time"]), pressed=saved["pressed"])
+            return state, int(saved["step"])
 
 
 class _Lazy(Sequence[np.ndarray]):

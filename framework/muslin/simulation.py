@@ -115,6 +115,7 @@ def build(
         spring=_spring(scene, len(x)),
         project=scene.project,
         solver=scene.solver,
+        contact=scene.contact,
         tolerance=scene.tolerance,
     )
     v = np.tile(np.asarray(scene.start_velocity, float), (len(x), 1))

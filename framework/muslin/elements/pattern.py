@@ -6,6 +6,7 @@ threads.
 """
 
 import functools
+import itertools
 
 import numpy as np
 import scipy.sparse as sp
@@ -103,7 +104,8 @@ class Assembly:
         ptr = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
         position = np.arange(ptr[-1]) + np.repeat(pattern.block_ptr[k] - ptr[:-1], count)
         self.data = np.empty(layout.size) if data is None else data
-        self._layout = layout
+        self._layout, self._vertices = layout, pattern.n
+        self._own = np.flatnonzero(layout.row == layout.col)
         self._scale = np.ones(1)
         kernel = _assemble_modes if rows.ndim == 2 else _assemble_blocks
         where = (layout.start, layout.stride, np.ascontiguousarray(mass[k]))
@@ -118,10 +120,15 @@ class Assembly:
         self._launch()
         return self.data
 
-    def add_to_diagonal(self, vertex: int, number: float) -> None:
-        """Add a multiple of the identity to a vertex's own block, wherever it is."""
-        layout = self._layout
-        self.data[_diagonal(layout, (layout.row == vertex) & (layout.col == vertex))] += number
+    def add_to_diagonal(self, vertices: np.ndarray, blocks: np.ndarray) -> None:
+        """Add 3x3 blocks (k, 3, 3) to the blocks of distinct vertices (k,) with themselves, wherever those are."""
+        layout, own = self._layout, self._own
+        number = np.full(self._vertices, -1)
+        number[vertices] = np.arange(len(vertices))
+        own = own[number[layout.row[own]] >= 0]
+        added = blocks[number[layout.row[own]]]
+        for a, b in itertools.product(range(3), repeat=2):
+            self.data[layout.start[own] + a * layout.stride[own] + b] += added[:, a, b]
 
 
 def _diagonal(layout: Layout, blocks: np.ndarray) -> np.ndarray:

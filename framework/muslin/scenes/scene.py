@@ -12,7 +12,7 @@ import numpy as np
 
 from muslin import mesh as meshes
 from muslin import paths
-from muslin.colliders import Collider, Plane, Sphere
+from muslin.colliders import CONTACT, Collider, Plane, Sphere
 from muslin.errors import MuslinError
 from muslin.material import lame
 from muslin.mesh import Mesh
@@ -85,6 +85,7 @@ class Scene:
     fps: int = 60  # of the video
     integrator: str = "linearly-implicit"
     solver: str = "auto"
+    contact: str = "filter"  # filter the solved velocity, or "solve" with the contacts in the system
     project: bool = True
     tolerance: float = 1e-8  # of Newton's method, in backward Euler
     sphere: bool = False
@@ -215,6 +216,14 @@ def override(scene: Scene, **values: Any) -> Scene:
             raise MuslinError(f"{name} = {getattr(changed, name)} must be {wanted}.")
     if changed.camera not in ("fit", "follow"):
         raise MuslinError(f"camera = {changed.camera!r} is not understood.", "Write fit or follow.")
+    if changed.contact not in CONTACT:
+        raise MuslinError(
+            f"contact = {changed.contact!r} is not understood.", f"Write {' or '.join(CONTACT)}."
+        )
+    if changed.contact == "solve" and changed.integrator != "linearly-implicit":
+        raise MuslinError(
+            f"contact=solve does not go with integrator={changed.integrator}.", "Leave one out."
+        )
     if not any(changed.view[k] for k in (0, 2)):
         raise MuslinError("view must not point straight up or down.", "For example: view=0.4,0.35,1")
     return changed
