@@ -9,7 +9,8 @@ one linearly implicit step per frame. Every package gets the same triangles and 
 environment of its own, made here with pip. All processes stay alive and take turns of a few frames, so a busy machine
 is busy for all; ratios are taken within a round. What cannot be installed or run here is said by name.
 
-`muslin` is that; `implicit` is ours too, with the equation of backward Euler solved to the end in every frame (slow).
+`muslin` is that, with contacts in the system (`contact=solve`); `filter` is ours with the lecture's contacts, which
+filter the velocity after the solve; `implicit` solves the equation of backward Euler to the end in every frame (slow).
 
 Per package: time per frame (median; and by CPU time), the ratio to ours with its spread, the time from starting Python
 to the first frame with empty caches (first size only), and the largest stretch after 1 s. How well a frame solves the
@@ -46,7 +47,7 @@ PACKAGES = {
 }
 
 #: Whose energy and mass matrix are ours, so that the residual of our equation says something of them.
-COMPARABLE = ("muslin", "implicit")
+COMPARABLE = ("muslin", "filter", "implicit")
 
 
 def scene(size: int, *centre: float):
@@ -62,12 +63,14 @@ def scene(size: int, *centre: float):
 # The packages: each a generator of positions, one frame at a time, run in its own environment ------------------------
 
 
-def frames_of_muslin(X, triangles, pinned, integrator="linearly-implicit"):
-    """Our own element and the fast solver."""
+def frames_of_muslin(X, triangles, pinned, integrator="linearly-implicit", contact="solve"):
+    """Our own element and the fast solver, contacts in the system."""
+    from dataclasses import replace
+
     from muslin import integrators, simulation
 
     advance = integrators.integrator(integrator)
-    model, state = simulation.build(scene(round(len(X) ** 0.5), *CENTRE))
+    model, state = simulation.build(replace(scene(round(len(X) ** 0.5), *CENTRE), contact=contact))
     assert (model.cloth.triangles == triangles).all()
     while True:
         model.cloth.update(state.x)
@@ -75,9 +78,14 @@ def frames_of_muslin(X, triangles, pinned, integrator="linearly-implicit"):
         yield state.x
 
 
+def frames_of_filter(X, triangles, pinned):
+    """Ours, with the lecture's contacts: a filter after the solve."""
+    yield from frames_of_muslin(X, triangles, pinned, contact="filter")
+
+
 def frames_of_implicit(X, triangles, pinned):
-    """Ours, with the equation of backward Euler solved to the end by Newton's method."""
-    yield from frames_of_muslin(X, triangles, pinned, "backward-euler")
+    """Ours, with the lecture's contacts, and the equation of backward Euler solved to the end by Newton's method."""
+    yield from frames_of_muslin(X, triangles, pinned, "backward-euler", "filter")
 
 
 def frames_of_mujoco(X, triangles, pinned):
@@ -359,7 +367,7 @@ def compare(
         if name != "muslin":
             text += f"; ours is {middle[0]:6.1f} ({low[0]:.1f}-{high[0]:.1f}) times faster by wall, "
             text += f"{middle[1]:6.1f} ({low[1]:.1f}-{high[1]:.1f}) by CPU"
-        text += f"; largest stretch after {options.frames} frames {stretch:.3f}; residual "
+        text += f"; largest stretch after {options.frames} frames {stretch:.4f}; residual "
         text += f"{residuals[name]:.1e}" if name in COMPARABLE else "not comparable"
         text += f"; first frame, cold, after {peer.cold:.1f} s" if cold else ""
         print(text, flush=True)
@@ -373,7 +381,7 @@ def main() -> None:
     )
     parser.add_argument("--sizes", default="32,64,100")
     parser.add_argument("--peers", default=",".join(PACKAGES))
-    parser.add_argument("--ours", default="muslin", help="muslin,implicit")
+    parser.add_argument("--ours", default="muslin", help="muslin,filter,implicit")
     parser.add_argument(
         "--no-sphere", action="store_true", help="nothing to touch: a comparison of the elasticity"
     )
