@@ -82,7 +82,7 @@ def run(kernel: Callable[..., None], function: Callable[..., Any], *arguments: A
         With the message of Taichi's compiler, and the line of the student's own file where it names one.
     """
     try:
-        kernel(*arguments)
+        runtime.call(kernel, *arguments)
     except MuslinError:
         raise
     except Exception as error:
@@ -213,7 +213,7 @@ def array_types() -> dict[str, Any]:
     ti = runtime.taichi()
     types = {}
     for kind, (shape, is_int) in KINDS.items():
-        scalar = ti.i32 if is_int else ti.f64
+        scalar = ti.i32 if is_int else runtime.real()
         dtype = scalar
         if len(shape) == 1:
             dtype = ti.types.vector(shape[0], scalar)

@@ -1,4 +1,5 @@
-"""Taichi, started once, the way Muslin needs it: double precision, no fast maths, quiet.
+"""Taichi, started once, the way Muslin needs it: double precision on the CPU unless chosen otherwise, no fast maths,
+quiet.
 
 Nothing else in Muslin calls `ti.init`. A student's file must not either: a second `ti.init` destroys every
 field and kernel already made, so `muslin.load` refuses files that try.
@@ -10,11 +11,15 @@ import contextlib
 import functools
 import io
 import os
+import sys
 import threading
 import warnings
+from collections.abc import Callable
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
+
+import numpy as np
 
 from muslin import complaints
 from muslin.errors import MuslinError
@@ -23,8 +28,72 @@ from muslin.errors import MuslinError
 #: fast, and give the same bits.
 _COMPILING = {"opt_level": 0, "cfg_optimization": False}
 
+#: Where kernels can run, and in which numbers.
+ARCHS, PRECISIONS = ("cpu", "cuda", "vulkan", "metal"), ("f64", "f32")
+
+_chosen = {"arch": "cpu", "precision": "f64"}
 _started: dict[str, Any] = {}
 _lock = threading.RLock()
+
+
+def choose(arch: str = "cpu", precision: str | None = None) -> str:
+    """Choose where kernels run and their precision; before anything of Muslin has run.
+
+    Parameters
+    ----------
+    arch : {"cpu", "cuda", "vulkan", "metal"}
+        If there is no such device here, the CPU is taken.
+    precision : {"f64", "f32"}, optional
+        Default f64; on Metal f32, which has nothing else.
+
+    Returns
+    -------
+    str
+        A sentence for people if it could not be as chosen; else empty.
+
+    Raises
+    ------
+    MuslinError
+        If there is no such architecture or precision, or kernels have run already.
+    """
+    for what, value, known in (("architecture", arch, ARCHS), ("precision", precision or "f64", PRECISIONS)):
+        if value not in known:
+            raise MuslinError(f"There is no {what} {value!r}.", f"There is: {', '.join(known)}.")
+    notice = ""
+    ti = taichi()
+    ti.set_logging_level(ti.CRITICAL)
+    if arch != "cpu" and not ti.lang.misc.is_arch_supported(getattr(ti, arch)):
+        arch, notice = "cpu", f"There is no {_NAMES[arch]} here: running on the CPU."
+    if arch == "metal":
+        if precision == "f64":
+            notice = "Metal computes in single precision only: running in f32."
+        precision = "f32"
+    wanted = {"arch": arch, "precision": precision or "f64"}
+    with _lock:
+        if wanted != _chosen and "muslin.elements.arrays" in sys.modules:
+            raise MuslinError(
+                "Kernels have run already, and their numbers cannot change.", "Start Python anew."
+            )
+        _chosen.update(wanted)
+    return notice
+
+
+_NAMES = {"cuda": "CUDA", "vulkan": "Vulkan", "metal": "Metal"}
+
+
+def real() -> Any:
+    """Taichi's type of the numbers kernels compute in: f64, or f32 if chosen."""
+    return getattr(taichi(), _chosen["precision"])
+
+
+def plain() -> bool:
+    """Whether kernels work on NumPy's own arrays of doubles: on the CPU, in double precision."""
+    return _chosen == {"arch": "cpu", "precision": "f64"}
+
+
+def on_cpu() -> bool:
+    """Whether kernels run on the CPU."""
+    return _chosen["arch"] == "cpu"
 
 
 def taichi() -> ModuleType:
@@ -96,8 +165,8 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
         )  # `complaints` says it better
         with contextlib.redirect_stdout(io.StringIO()):  # "Starting on arch=..."
             ti.init(
-                arch=ti.cpu,
-                default_fp=ti.f64,
+                arch=getattr(ti, _chosen["arch"]),
+                default_fp=real(),
                 default_ip=ti.i32,
                 fast_math=False,
                 cpu_max_num_threads=threads,
@@ -112,6 +181,24 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
         program = ti.lang.impl.get_runtime().prog
         _started.update(threads=threads, program=program, process=os.getpid())
     return ti
+
+
+def call(kernel: Callable[..., None], *arguments: Any) -> None:
+    """Run a kernel once, on arrays of doubles in whichever precision kernels compute.
+
+    Entries a kernel leaves alone keep all their digits.
+    """
+    if plain():
+        kernel(*arguments)
+        return
+    real = np.float64 if _chosen["precision"] == "f64" else np.float32
+    doubles = [isinstance(value, np.ndarray) and value.dtype == np.float64 for value in arguments]
+    sent = [value.astype(real) if double else value for value, double in zip(arguments, doubles, strict=True)]
+    passed = [value.copy() if double else value for value, double in zip(sent, doubles, strict=True)]
+    kernel(*passed)
+    for value, before, after, double in zip(arguments, sent, passed, doubles, strict=True):
+        if double and (changed := before != after).any():
+            value[changed] = after[changed]
 
 
 def _compile_faster() -> None:

@@ -37,10 +37,14 @@ def simulate(
     ] = None,
     out: Out = None,
     resume: Annotated[bool, typer.Option(help="Go on from the last checkpoint in --out.")] = False,
+    arch: Annotated[str, typer.Option(help="Where element kernels run: cpu, cuda, vulkan or metal.")] = "cpu",
+    precision: Annotated[str | None, typer.Option(help="Their numbers: f64 or f32.")] = None,
 ) -> None:
     """Simulate a scene and write a run: frames, energy log, checkpoints."""
-    from muslin import simulation
+    from muslin import runtime, simulation
 
+    if notice := runtime.choose(arch, precision):
+        typer.echo(f"note: {notice}", err=True)
     folder = out or Path("runs") / scene
     with progress(f"simulating {scene}") as tick:
         run = simulation.simulate(

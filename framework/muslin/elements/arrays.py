@@ -2,7 +2,11 @@
 
 import taichi as ti
 
-REAL = ti.f64
+from muslin import runtime
+
+REAL = runtime.real()
+#: What keeps a division by zero finite.
+TINY = 1e-30 if REAL is ti.f32 else 1e-300
 
 scalars = ti.types.ndarray(dtype=REAL, ndim=1)
 integers = ti.types.ndarray(dtype=ti.i32, ndim=1)

@@ -3,6 +3,8 @@
 Taichi looks at every argument of every call anew: about 10 microseconds per array, ten times the cost of the
 launch itself. A `Launch` binds a kernel to its arrays once. It relies on parts of Taichi 1.7 that are not public;
 where they are missing it calls the kernel the ordinary way.
+
+Arrays are NumPy's, of doubles, wherever kernels run: `runtime.call` takes them to single precision and back.
 """
 
 from collections.abc import Callable
@@ -11,13 +13,15 @@ from typing import Any
 import numpy as np
 from taichi.lang import impl
 
+from muslin import runtime
+
 #: Iterations below which one thread is faster than waking others, which takes some 50 microseconds.
 SMALL = 1500
 
 
 def is_small(iterations: int) -> bool:
-    """Whether a loop of a kernel should stay on one thread."""
-    return iterations < SMALL
+    """Whether a loop of a kernel should stay on one thread; on a GPU none should."""
+    return iterations < SMALL and runtime.on_cpu()
 
 
 class Launch:
@@ -37,6 +41,9 @@ class Launch:
 
     def __call__(self) -> None:
         """Run the kernel on what the arrays hold now."""
+        if not runtime.plain():
+            runtime.call(self.kernel, *self.arguments)
+            return
         program = impl.get_runtime().prog
         if self._run is None or program is not self._program:
             self.kernel(*self.arguments)  # compiles, and complains of what does not fit

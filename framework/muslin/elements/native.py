@@ -10,8 +10,9 @@ import functools
 import numpy as np
 import taichi as ti
 
+from muslin import runtime
 from muslin.elements import modes
-from muslin.elements.arrays import index3, integers, rows, scalars, vec3s
+from muslin.elements.arrays import REAL, TINY, index3, integers, rows, scalars, vec3s
 from muslin.elements.launch import Launch, is_small
 from muslin.errors import MuslinError
 from muslin.given import tangents
@@ -59,7 +60,7 @@ class NativeElement:
         m = len(triangles)
         lam_trace, lam_area = (lam * share for share in TERMS[energy])
         g0 = np.empty((3 * m, 3))  # gradient of each corner's phi in the plane; third entry unused
-        _rest(X, triangles, normal, g0)
+        runtime.call(_rest, X, triangles, normal, g0)
         self.x, self._energies, self.gradient_rows = X.copy(), np.zeros(m), np.zeros((3 * m, 3))
         self.rows = np.zeros((m, modes.LENGTH))
         self._orders = np.zeros(2, dtype=np.int32)
@@ -120,7 +121,7 @@ def polar(x0, x1, x2, g1, g2):
     f0 = (x1 - x0) * g1[0] + (x2 - x0) * g2[0]
     f1 = (x1 - x0) * g1[1] + (x2 - x0) * g2[1]
     m = (x1 - x0).cross(x2 - x0)
-    n = m / ti.max(m.norm(), 1e-300)  # a collapsed triangle has no normal, but must not make a NaN
+    n = m / ti.max(m.norm(), TINY)  # a collapsed triangle has no normal, but must not make a NaN
     length = f0.norm()
     q0, _ = tangents(n)
     if length > 0:
@@ -144,9 +145,9 @@ def _element(serial: bool):
         triangles: index3,
         g: vec3s,
         weight: scalars,
-        mu: ti.f64,
-        lam_trace: ti.f64,
-        lam_area: ti.f64,
+        mu: REAL,
+        lam_trace: REAL,
+        lam_area: REAL,
         energy: scalars,
         gradient: vec3s,
         row: rows,

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 import taichi as ti
 
+from muslin import runtime
 from muslin.elements import modes
 from muslin.elements.arrays import integers, mat3s, rows, scalars, vec3s
 from muslin.elements.launch import Launch, is_small
@@ -57,7 +58,7 @@ class Pattern:
     def vector(self, rows: np.ndarray) -> np.ndarray:
         """Sum rows (3 m, 3), one per triangle corner, into (n, 3)."""
         out = np.empty((self.n, 3))
-        _gather_vector(rows, self.vertex_ptr, self.vertex_rows, out)
+        runtime.call(_gather_vector, rows, self.vertex_ptr, self.vertex_rows, out)
         return out
 
     def blocks(self, factor: np.ndarray) -> np.ndarray:

@@ -12,10 +12,10 @@ from typing import Any
 import numpy as np
 import taichi as ti
 
-from muslin import given
+from muslin import given, runtime
 from muslin.batch import evaluate, kept, run
 from muslin.elements import modes
-from muslin.elements.arrays import index3, integers, mat3s, rows, scalars, vec3s, vec4s
+from muslin.elements.arrays import REAL, index3, integers, mat3s, rows, scalars, vec3s, vec4s
 from muslin.elements.launch import Launch, is_small
 from muslin.errors import SimulationError
 from muslin.material import ENERGIES, FLIPS
@@ -198,7 +198,7 @@ class StudentElement:
             self._require_triangles()
             F, U, V, s, p = *(np.empty((m, 3, 3)) for _ in range(3)), np.empty((m, 3)), np.empty((m, 3))
             self._single("deformation_gradient", self.x, self.triangles, self.dphi, self.normal, F)
-            _svd(F, self.normal, U, s, V)
+            runtime.call(_svd, F, self.normal, U, s, V)
             self._state = {"F": F, "U": U, "V": V, "s": s, "p": p}
         return SimpleNamespace(**self._state)
 
@@ -228,14 +228,17 @@ class StudentElement:
         m = len(self.triangles)
         s, p, H = np.empty_like(at.s), np.empty_like(at.s), np.empty_like(at.F)
         columns, dn, out = np.empty((9 * m, 3, 3)), np.empty((3 * m, 3, 3)), self.rows
-        _split(at.s, s)  # U, V and these stretches belong to one nearby matrix; forces use the true ones
+        runtime.call(
+            _split, at.s, s
+        )  # U, V and these stretches belong to one nearby matrix; forces use the true ones
         self._single("dpsi_ds", s, self.mu, self.lam, p)
         self._single("d2psi_ds2", s, self.mu, self.lam, H)
         self._single("d2psi_dFij", at.U, s, at.V, p, H, columns)
         self._single("dn_dx", self.x, self.triangles, dn)
-        _chain_rule(columns, dn, self.dphi, self.normal, self.area, self.h, out)
+        runtime.call(_chain_rule, columns, dn, self.dphi, self.normal, self.area, self.h, out)
         if project:
-            _clamp_known_modes(self.X, self.triangles, at.U, at.V, self.dphi, self.area, self.h, out)
+            modes_at = (at.U, at.V, self.dphi, self.area, self.h, out)
+            runtime.call(_clamp_known_modes, self.X, self.triangles, *modes_at)
 
 
 #: Parts of the fused kernel, as bits.
@@ -265,9 +268,9 @@ def _fused(
         dphi: mat3s,
         N: vec3s,
         area: scalars,
-        mu: ti.f64,
-        lam: ti.f64,
-        h: ti.f64,
+        mu: REAL,
+        lam: REAL,
+        h: REAL,
         energy: scalars,
         gradient: vec3s,
         row: rows,
@@ -371,7 +374,7 @@ def _deformation_gradient(f: Callable[..., Any]) -> Callable[..., None]:
 
 def _psi(f: Callable[..., Any]) -> Callable[..., None]:
     @ti.kernel
-    def kernel(s: vec3s, mu: ti.f64, lam: ti.f64, out: scalars):
+    def kernel(s: vec3s, mu: REAL, lam: REAL, out: scalars):
         for e in range(s.shape[0]):
             out[e] = f(s[e], mu, lam)
 
@@ -380,7 +383,7 @@ def _psi(f: Callable[..., Any]) -> Callable[..., None]:
 
 def _dpsi_ds(f: Callable[..., Any]) -> Callable[..., None]:
     @ti.kernel
-    def kernel(s: vec3s, mu: ti.f64, lam: ti.f64, out: vec3s):
+    def kernel(s: vec3s, mu: REAL, lam: REAL, out: vec3s):
         for e in range(s.shape[0]):
             out[e] = f(s[e], mu, lam)
 
@@ -389,7 +392,7 @@ def _dpsi_ds(f: Callable[..., Any]) -> Callable[..., None]:
 
 def _d2psi_ds2(f: Callable[..., Any]) -> Callable[..., None]:
     @ti.kernel
-    def kernel(s: vec3s, mu: ti.f64, lam: ti.f64, out: mat3s):
+    def kernel(s: vec3s, mu: REAL, lam: REAL, out: mat3s):
         for e in range(s.shape[0]):
             out[e] = f(s[e], mu, lam)
 
@@ -407,7 +410,7 @@ def _dpsi_dF(f: Callable[..., Any]) -> Callable[..., None]:
 
 def _nodal_force(f: Callable[..., Any]) -> Callable[..., None]:
     @ti.kernel
-    def kernel(P: mat3s, dphi: mat3s, area: scalars, h: ti.f64, out: vec3s):
+    def kernel(P: mat3s, dphi: mat3s, area: scalars, h: REAL, out: vec3s):
         for row in range(out.shape[0]):
             e, i = row // 3, row % 3
             out[row] = f(P[e], ti.Vector([dphi[e][i, 0], dphi[e][i, 1], dphi[e][i, 2]]), area[e], h)
@@ -447,7 +450,7 @@ def _dn_dx(f: Callable[..., Any]) -> Callable[..., None]:
 
 def _kinetic_energy(f: Callable[..., Any], serial: bool) -> Callable[..., None]:
     @ti.kernel
-    def kernel(v: vec3s, triangles: index3, area: scalars, rho: ti.f64, h: ti.f64, out: scalars):
+    def kernel(v: vec3s, triangles: index3, area: scalars, rho: REAL, h: REAL, out: scalars):
         ti.loop_config(serialize=serial)
         for e in range(triangles.shape[0]):
             t = triangles[e]
@@ -497,7 +500,7 @@ def _in_frame(dphi, V, i):
 
 
 @ti.kernel
-def _chain_rule(columns: mat3s, dn: mat3s, dphi: mat3s, N: vec3s, area: scalars, h: ti.f64, out: mat3s):
+def _chain_rule(columns: mat3s, dn: mat3s, dphi: mat3s, N: vec3s, area: scalars, h: REAL, out: mat3s):
     """H = h a (dF/dq)^T psi'' (dF/dq) with dF/dx_i = (. grad phi_i^T) + dn/dx_i N^T."""
     for e in range(dphi.shape[0]):
         for j in range(3):
@@ -532,7 +535,7 @@ def _chain_rule(columns: mat3s, dn: mat3s, dphi: mat3s, N: vec3s, area: scalars,
 
 @ti.kernel
 def _clamp_known_modes(
-    X: vec3s, triangles: index3, U: mat3s, V: mat3s, dphi: mat3s, area: scalars, h: ti.f64, out: mat3s
+    X: vec3s, triangles: index3, U: mat3s, V: mat3s, dphi: mat3s, area: scalars, h: REAL, out: mat3s
 ):
     """Read the modes off a Hessian by contraction with their known directions, and lift negative ones to zero."""
     for e in range(U.shape[0]):
