@@ -229,8 +229,11 @@ class Cloth:
                 rest = (self.triangles, self.area, self.rho, self.h)
                 self._moving = KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
             return float(self._moving(v).sum())
-        # not a dot product: NumPy's spins on all threads while it waits for them
-        return 0.5 * float((v.ravel() * (self.mass @ v.ravel())).sum())
+        if self._moving is None:
+            from muslin.elements.pattern import KineticEnergy as Moving
+
+            self._moving = Moving(self.pattern, self.mass_factor)
+        return float(self._moving(v).sum())
 
     def stretches(self, x: np.ndarray) -> np.ndarray:
         """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""

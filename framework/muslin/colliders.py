@@ -29,8 +29,8 @@ class Sphere:
     velocity: Vec = (0.0, 0.0, 0.0)
 
     def nearest(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Point to measure from, and the collider's velocity there, for each of (n, 3) positions."""
-        return np.broadcast_to(self.center, x.shape), np.broadcast_to(self.velocity, x.shape)
+        """Point to measure from, and the collider's velocity there, for positions (n, 3): the same for all, (3,)."""
+        return np.asarray(self.center), np.asarray(self.velocity)
 
 
 @dataclass(frozen=True)
@@ -113,14 +113,16 @@ def detect(
         n = collider.unit_normal()
         back = np.minimum(-gap[near, None] / dt, PUSH)
         return Contacts(near, np.broadcast_to(n, (len(near), 3)), back * n)
-    center, velocity = collider.nearest(x)
-    near = np.flatnonzero(np.abs(x - center).max(axis=1) <= 1.01 * collider.radius)
+    center, _ = collider.nearest(x)
+    away = x - center
+    near = np.flatnonzero(np.einsum("ij,ij->i", away, away) <= (1.01 * collider.radius) ** 2)
     if len(near) == 0:
         return Contacts(near, np.zeros((0, 3)), np.zeros((0, 3)))
-    hit, normal = contact(x[near], center[near], collider.radius)
+    there = x[near]
+    center, velocity = collider.nearest(there)
+    hit, normal = contact(there, center, collider.radius)
     hit = hit != 0
-    inside = near[hit]
-    return Contacts(inside, normal[hit], velocity[inside])
+    return Contacts(near[hit], normal[hit], (np.zeros_like(there) + velocity)[hit])
 
 
 def respond(v: np.ndarray, contacts: list[Contacts], filtered: Filter = native_filter) -> np.ndarray:

@@ -12,7 +12,7 @@ contact from moving inwards.
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -220,7 +220,7 @@ def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
         v, pressed = _solve_touching(model, state, b, known, coupling, touching)
     else:
         v, pressed = model.system.solve(b, known, coupling, guess=state.v), _NOBODY
-    return replace(_finish(model, state, v, contacts, dt), pressed=pressed)
+    return _finish(model, state, v, contacts, dt, pressed)
 
 
 #: How much harder a contact is than the hardest spring of the cloth.
@@ -355,9 +355,16 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
     )
 
 
-def _finish(model: Model, state: State, v: np.ndarray, contacts: list[Contacts], dt: float) -> State:
+def _finish(
+    model: Model,
+    state: State,
+    v: np.ndarray,
+    contacts: list[Contacts],
+    dt: float,
+    pressed: np.ndarray = _NOBODY,
+) -> State:
     v = respond(v, contacts, model.filter)
-    return State(state.x + dt * v, v, state.time + dt, contacts)
+    return State(state.x + dt * v, v, state.time + dt, contacts, pressed)
 
 
 INTEGRATORS: dict[str, Callable[[Model, State, float], State]] = {

@@ -200,6 +200,43 @@ def _assemble_blocks(serial: bool):
     return kernel
 
 
+class KineticEnergy:
+    """Kinetic energy 1/2 v_i^T (M v)_i, vertex by vertex.
+
+    Parameters
+    ----------
+    pattern : Pattern
+    mass : (blocks of the pattern,) array
+        As for `Assembly`.
+    """
+
+    def __init__(self, pattern: Pattern, mass: np.ndarray):
+        n = pattern.n
+        self._v, self._out = np.zeros((n, 3)), np.zeros(n)
+        neighbours = (pointers(pattern.layout.row, n), pattern.layout.col.astype(np.int32), mass)
+        self._launch = Launch(_kinetic_energy(is_small(n)), *neighbours, self._v, self._out)
+
+    def __call__(self, v: np.ndarray) -> np.ndarray:
+        """(n,) [J] for velocities (n, 3)."""
+        self._v[...] = v
+        self._launch()
+        return self._out
+
+
+@functools.cache
+def _kinetic_energy(serial: bool):
+    @ti.kernel
+    def kernel(block_ptr: integers, neighbour: integers, mass: scalars, v: vec3s, out: scalars):
+        ti.loop_config(serialize=serial)
+        for i in range(out.shape[0]):
+            momentum = ti.Vector([0.0, 0.0, 0.0])
+            for k in range(block_ptr[i], block_ptr[i + 1]):
+                momentum += mass[k] * v[neighbour[k]]
+            out[i] = v[i].dot(momentum) / 2
+
+    return kernel
+
+
 class Impulse:
     """Right-hand side of a step: M v + dt (external force - gradient), vertex by vertex.
 
