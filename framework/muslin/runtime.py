@@ -14,7 +14,7 @@ import os
 import sys
 import threading
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from types import ModuleType, SimpleNamespace
 from typing import Any
@@ -181,6 +181,22 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
         program = ti.lang.impl.get_runtime().prog
         _started.update(threads=threads, program=program, process=os.getpid())
     return ti
+
+
+@contextlib.contextmanager
+def shared_out() -> Iterator[None]:
+    """Kernels compiled in here share their loops out as their `block_dim` says.
+
+    Otherwise Taichi cuts a loop into one piece a thread, of 512 iterations at least: best where all take the same
+    little time, but a loop over the rows of a picture would leave a thread idle half of the time.
+    """
+    config = start().lang.impl.current_cfg()
+    before = config.make_cpu_multithreading_loop
+    config.make_cpu_multithreading_loop = False
+    try:
+        yield
+    finally:
+        config.make_cpu_multithreading_loop = before
 
 
 def call(kernel: Callable[..., None], *arguments: Any) -> None:

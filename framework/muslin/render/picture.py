@@ -89,6 +89,7 @@ _WHITEST = 3.0  # light this bright is shown as white
 _BANDS = 12  # row bands per picture; any number gives the same picture
 
 
+@runtime.shared_out()
 def draw(
     surfaces: Sequence[Surface],
     camera: Camera,
