@@ -13,7 +13,7 @@ from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger, write
 from muslin.classes.work import Job, Result, Terms, edition
 from muslin.errors import MuslinError
-from muslin.grading.grader import _instructors
+from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
 from muslin.grading.views.text import one_line, points
 
@@ -181,7 +181,7 @@ def _hidden(folder: Path | str | None, table: tasks.Assignment) -> tuple[tuple[s
     """The files of the instructor's hidden data, which go to wherever is graded."""
     if folder is None:
         return ()
-    _instructors(folder, table)  # says what is wrong with them, before all else
+    instructors_data(folder, table)  # says what is wrong with them, before all else
     try:
         return tuple((f.name, f.read_bytes()) for f in sorted(Path(folder).iterdir()) if f.is_file())
     except OSError as error:

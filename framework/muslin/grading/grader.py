@@ -75,7 +75,7 @@ def grade(
     began = time.monotonic()
     table = tasks.assignment(assignment)
     handed = collect(submission, table)
-    folder, secret = _instructors(hidden, table)
+    folder, secret = instructors_data(hidden, table)
     drawn_from = _seed(seed, handed, secret)
     total = 2 * len(table.tasks) + 1
     done = 0
@@ -409,8 +409,25 @@ def _result(table: Assignment, verdict: Verdict) -> TaskResult:
     )
 
 
-def _instructors(hidden: Path | str | None, table: Assignment) -> tuple[Path | None, str]:
-    """The folder of an instructor's hidden data, and the secret in it."""
+def instructors_data(hidden: Path | str | None, table: Assignment) -> tuple[Path | None, str]:
+    """The folder of an instructor's hidden data, and the secret in it.
+
+    Parameters
+    ----------
+    hidden : path, optional
+    table : Assignment
+
+    Returns
+    -------
+    folder : Path or None
+    secret : str
+        Empty without a folder.
+
+    Raises
+    ------
+    MuslinError
+        If it holds no hidden data, or those of another assignment.
+    """
     if hidden is None:
         return None, ""
     folder = Path(hidden)

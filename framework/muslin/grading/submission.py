@@ -36,7 +36,7 @@ LARGEST_READ = 8_000_000
 MOST_NOTES, LONGEST_NAME = 5, 120
 
 #: Entries nobody handed in on purpose.
-_IGNORED_FOLDERS = {"__MACOSX", "__pycache__", ".git", ".venv", ".vscode", ".idea", ".taichi"}
+_IGNORED_FOLDERS = {"__MACOSX", "__pycache__", ".git", ".venv", ".vscode", ".idea", ".taichi", ".muslin"}
 
 
 @dataclass(frozen=True)
