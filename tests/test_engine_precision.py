@@ -73,6 +73,16 @@ def test_other_architectures_agree_or_the_cpu_stands_in_with_a_notice(arch, tmp_
     assert off(there["x"], here["x"]) < 1e-4
 
 
+def test_conjugate_gradients_end_in_single_precision_too(tmp_path):
+    command = [sys.executable, "-m", "muslin.cli", "simulate", "throw", "--steps", "3", "--set", "solver=cg"]
+    for precision in runtime.PRECISIONS:
+        more = ["--precision", precision, "--out", precision]
+        done = subprocess.run([*command, *more], capture_output=True, text=True, cwd=tmp_path, check=False)
+        assert done.returncode == 0, done.stderr
+    single, double = (np.load(tmp_path / p / "frames" / "000003.npy") for p in ("f32", "f64"))
+    assert off(single, double) < 1e-5
+
+
 def test_nonsense_and_late_choices_are_refused():
     with pytest.raises(MuslinError, match="no architecture 'abacus'"):
         runtime.choose("abacus")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -222,18 +222,18 @@ class Cloth:
 
     def kinetic_energy(self, v: np.ndarray) -> float:
         """1/2 qdot^T M qdot [J] for velocities v (n, 3)."""
-        if functions := self.by_student("kinetic energy"):
-            if self._moving is None:
-                from muslin.elements.student import KineticEnergy
-
-                rest = (self.triangles, self.area, self.rho, self.h)
-                self._moving = KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
-            return float(self._moving(v).sum())
         if self._moving is None:
-            from muslin.elements.pattern import KineticEnergy as Moving
-
-            self._moving = Moving(self.pattern, self.mass_factor)
+            self._moving = self._moving_energies()
         return float(self._moving(v).sum())
+
+    def _moving_energies(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What splits the kinetic energy: by the student's function among triangles, else among vertices."""
+        from muslin.elements import pattern, student
+
+        if functions := self.by_student("kinetic energy"):
+            rest = (self.triangles, self.area, self.rho, self.h)
+            return student.KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
+        return pattern.KineticEnergy(self.pattern, self.mass_factor)
 
     def stretches(self, x: np.ndarray) -> np.ndarray:
         """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""

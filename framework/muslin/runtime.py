@@ -91,6 +91,11 @@ def plain() -> bool:
     return _chosen == {"arch": "cpu", "precision": "f64"}
 
 
+def single() -> bool:
+    """Whether kernels compute in single precision."""
+    return _chosen["precision"] == "f32"
+
+
 def on_cpu() -> bool:
     """Whether kernels run on the CPU."""
     return _chosen["arch"] == "cpu"
@@ -207,7 +212,7 @@ def call(kernel: Callable[..., None], *arguments: Any) -> None:
     if plain():
         kernel(*arguments)
         return
-    real = np.float64 if _chosen["precision"] == "f64" else np.float32
+    real = np.float32 if single() else np.float64
     doubles = [isinstance(value, np.ndarray) and value.dtype == np.float64 for value in arguments]
     sent = [value.astype(real) if double else value for value, double in zip(arguments, doubles, strict=True)]
     passed = [value.copy() if double else value for value, double in zip(sent, doubles, strict=True)]

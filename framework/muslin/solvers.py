@@ -25,6 +25,9 @@ from muslin.errors import MuslinError, SimulationError
 #: Vertices from which on "auto" iterates instead of factorising.
 LARGE = 300_000
 
+#: Least relative residual asked of conjugate gradients in single precision.
+SINGLE = 1e-5
+
 #: Free vertices from which on two threads factorise the two halves of a cloth.
 HALVES = 700
 
@@ -278,7 +281,8 @@ class _Wrapped:
 class ConjugateGradients:
     """Conjugate gradients in Taichi, preconditioned by the diagonal blocks, starting from a guess.
 
-    It ends where |b - A y| <= tolerance |b|, and needs a positive definite matrix. No factors: memory grows like
+    It ends where |b - A y| <= tolerance |b| (in single precision never under `SINGLE`), and needs a positive definite
+    matrix. No factors: memory grows like
     the mesh. The number of iterations, some hundreds to thousands on stiff cloth, decides its time.
     """
 
@@ -291,7 +295,8 @@ class ConjugateGradients:
         permuted = graph[order][:, order].tocsr()
         permuted.sort_indices()
         layout = _whole(permuted)
-        self.order, self.place, self.tolerance = order, np.argsort(order), tolerance
+        self.order, self.place = order, np.argsort(order)
+        self.tolerance = max(tolerance, SINGLE if runtime.single() else 0.0)
         self.layout = Layout(order[layout.row], order[layout.col], layout.start, layout.stride, layout.size)
         self.data = np.zeros(layout.size)
         diagonal = np.flatnonzero(layout.row == layout.col).astype(np.int32)

@@ -228,9 +228,8 @@ class StudentElement:
         m = len(self.triangles)
         s, p, H = np.empty_like(at.s), np.empty_like(at.s), np.empty_like(at.F)
         columns, dn, out = np.empty((9 * m, 3, 3)), np.empty((3 * m, 3, 3)), self.rows
-        runtime.call(
-            _split, at.s, s
-        )  # U, V and these stretches belong to one nearby matrix; forces use the true ones
+        # U, V and the stretches split apart belong to one nearby matrix; forces use the true ones
+        runtime.call(_split, at.s, s)
         self._single("dpsi_ds", s, self.mu, self.lam, p)
         self._single("d2psi_ds2", s, self.mu, self.lam, H)
         self._single("d2psi_dFij", at.U, s, at.V, p, H, columns)
