@@ -161,7 +161,8 @@ def compare(
         if right.dtype.kind == "i":  # an integer is right or wrong
             relative = np.where(error == 0, 0.0, 1.0)
         else:
-            relative = np.where(error == 0, 0.0, error / np.where(scale > 0, scale, np.finfo(float).tiny))
+            with np.errstate(over="ignore"):
+                relative = np.where(error == 0, 0.0, error / np.where(scale > 0, scale, np.finfo(float).tiny))
             relative = np.nan_to_num(relative, nan=np.inf, posinf=np.inf)
         if relative.max(initial=0.0) > worst:
             worst, case, which = float(relative.max()), int(relative.argmax()), k
