@@ -21,7 +21,7 @@ class Backend(str, Enum):
 
 @app.command()
 def view(
-    scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")] = "drape",
+    scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")] = "hang",
     functions: Functions = None,
     setting: Setting = None,
     port: Annotated[int, typer.Option(help="Port of the browser's page.", min=1, max=65535)] = 8080,
