@@ -48,9 +48,9 @@ def vulkan():
         pytest.skip(f"no window here: {why}")
 
 
-def test_the_window_shows_the_cloth_and_the_mouse_pulls_it(vulkan):
+def test_the_window_shows_the_cloth_and_the_mouse_pulls_it(vulkan, tmp_path):
     done = subprocess.run(
-        [sys.executable, "-c", SCRIPT], capture_output=True, text=True, timeout=300, check=False
+        [sys.executable, "-c", SCRIPT], capture_output=True, text=True, timeout=300, check=False, cwd=tmp_path
     )
     assert done.stdout.strip() == "True True True True ''", done.stdout + done.stderr
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -89,10 +90,11 @@ def no_window(shown: bool = True) -> str:
         return "there is no display"
     look = "window.show()" if shown else "window.get_image_buffer_as_numpy()"
     try:
-        done = subprocess.run(
-            [sys.executable, "-c", PROBE.format(shown=shown, look=look)],
-            capture_output=True, text=True, errors="replace", timeout=60, check=False,
-        )  # fmt: skip
+        with tempfile.TemporaryDirectory() as litter:  # Taichi leaves a file where it stands
+            done = subprocess.run(
+                [sys.executable, "-c", PROBE.format(shown=shown, look=look)], cwd=litter,
+                capture_output=True, text=True, errors="replace", timeout=60, check=False,
+            )  # fmt: skip
     except (OSError, subprocess.TimeoutExpired):
         return "the graphics driver does not answer"
     if done.returncode == 0:

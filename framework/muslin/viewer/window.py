@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,10 @@ TURN = 4.0
 
 def run(session: Session, say: Callable[[str], None] = print) -> None:
     """Show a session until its window is closed, or Ctrl-C."""
+    panels = Path(
+        "imgui.ini"
+    ).absolute()  # Taichi keeps its panels' places where one stands: that is not ours
+    kept = panels.exists()
     face = Face(session)
     say(f"{session.scene.title}: drag the cloth to pull it, drag beside it to turn the view, Escape closes.")
     last = time.perf_counter()
@@ -36,6 +41,8 @@ def run(session: Session, say: Callable[[str], None] = print) -> None:
         say("Closed.")
     finally:
         face.window.destroy()
+        if not kept:
+            panels.unlink(missing_ok=True)
 
 
 class Face:
