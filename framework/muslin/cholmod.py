@@ -29,10 +29,11 @@ import numpy as np
 #: Where CHOLMOD 3.0 keeps its settings in `cholmod_common`, and what they are to begin with: 4-byte words.
 _DEFAULTS = {2: 858993459, 6: 5, 8: 8, 12: 1, 13: 1, 14: 1, 16: 1, 17: 1, 26: 4, 28: 16, 30: 48, 36: 3, 42: 0}
 _SUPERNODAL, _QUICK_RETURN, _PRINT, _NMETHODS, _ORDERING, _POSTORDER = 12, 34, 36, 42, 79, 466
+_METHOD_DEFAULTS = {64: 200, 74: 1, 76: 1, 77: 1, _ORDERING: 1, _POSTORDER: 1}
+
 #: Columns up to which neighbouring supernodes are merged whatever it costs: twice CHOLMOD's own, for factors as
 #: small as a cloth's (a tenth faster at 1,000 unknowns, a twentieth at 30,000).
 _MERGED = {26: 8, 28: 32, 30: 96}
-_METHOD_DEFAULTS = {64: 200, 74: 1, 76: 1, 77: 1, _ORDERING: 1, _POSTORDER: 1}
 
 
 class _Sparse(ctypes.Structure):
