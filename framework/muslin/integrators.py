@@ -86,6 +86,8 @@ class Model:
         to its right-hand side.
     contact : {"filter", "solve"}
         Whether contacts change the velocity after the system is solved, or are part of the system.
+    stretch_limit : float
+        Largest principal stretch that a step may end with, above 1 (see `muslin.elements.limit`); 0: any.
     """
 
     cloth: Cloth
@@ -100,6 +102,7 @@ class Model:
     solver: str = "auto"
     tolerance: float = 1e-8
     contact: str = CONTACT[0]
+    stretch_limit: float = 0.0
 
     def __post_init__(self) -> None:
         from muslin.elements.contact import Detection, Response
@@ -119,6 +122,14 @@ class Model:
             self._detect = Detection(functions.sphere_contact, n)
         if functions := cloth.by_student("response"):
             self.filter = Response(functions.filter_velocity, n)
+        self.limit: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
+        if self.stretch_limit:
+            from muslin.elements.limit import StretchLimit
+
+            weights = cloth.mass.sum(axis=1).A1[::3]
+            self.limit = StretchLimit(
+                cloth.X, cloth.triangles, cloth.normal, weights, held, self.stretch_limit
+            )
         self._there: tuple[float, tuple[Collider, ...]] | None = None
         self.weight = (self.cloth.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
 
@@ -364,6 +375,8 @@ def _finish(
     pressed: np.ndarray = _NOBODY,
 ) -> State:
     v = respond(v, contacts, model.filter)
+    if model.limit and (limited := model.limit(state.x, v, dt)) is not v:
+        v = respond(limited, contacts, model.filter)
     return State(state.x + dt * v, v, state.time + dt, contacts, pressed)
 
 

@@ -116,6 +116,7 @@ def build(
         project=scene.project,
         solver=scene.solver,
         contact=scene.contact,
+        stretch_limit=scene.stretch_limit,
         tolerance=scene.tolerance,
     )
     v = np.tile(np.asarray(scene.start_velocity, float), (len(x), 1))

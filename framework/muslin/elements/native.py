@@ -59,8 +59,7 @@ class NativeElement:
             )
         m = len(triangles)
         lam_trace, lam_area = (lam * share for share in TERMS[energy])
-        g0 = np.empty((3 * m, 3))  # gradient of each corner's phi in the plane; third entry unused
-        runtime.call(_rest, X, triangles, normal, g0)
+        g0 = rest_gradients(X, triangles, normal)
         self.x, self._energies, self.gradient_rows = X.copy(), np.zeros(m), np.zeros((3 * m, 3))
         self.rows = np.zeros((m, modes.LENGTH))
         self._orders = np.zeros(2, dtype=np.int32)
@@ -98,6 +97,13 @@ class NativeElement:
         """Gradient of each triangle's energy in its corners, (3 m, 3) [N]."""
         self.compute("gradient", project=self._projected)
         return self.gradient_rows
+
+
+def rest_gradients(X: np.ndarray, triangles: np.ndarray, normal: np.ndarray) -> np.ndarray:
+    """Gradient of each corner's shape function in its triangle's plane, (3 m, 3); the third entries are zero."""
+    g0 = np.empty((3 * len(triangles), 3))
+    runtime.call(_rest, X, triangles, normal, g0)
+    return g0
 
 
 @ti.kernel

@@ -86,6 +86,7 @@ class Scene:
     integrator: str = "linearly-implicit"
     solver: str = "auto"
     contact: str = "filter"  # filter the solved velocity, or "solve" with the contacts in the system
+    stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
     project: bool = True
     tolerance: float = 1e-8  # of Newton's method, in backward Euler
     sphere: bool = False
@@ -223,6 +224,10 @@ def override(scene: Scene, **values: Any) -> Scene:
     if changed.contact == "solve" and changed.integrator != "linearly-implicit":
         raise MuslinError(
             f"contact=solve does not go with integrator={changed.integrator}.", "Leave one out."
+        )
+    if changed.stretch_limit and not changed.stretch_limit > 1:
+        raise MuslinError(
+            f"stretch_limit = {changed.stretch_limit} must be above 1, or 0 for none.", "For example 1.01."
         )
     if not any(changed.view[k] for k in (0, 2)):
         raise MuslinError("view must not point straight up or down.", "For example: view=0.4,0.35,1")
