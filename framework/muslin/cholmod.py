@@ -157,6 +157,7 @@ class Domain:
         self._b = np.zeros(n)
         self._B = _Dense(n, 1, n, n, self._b.ctypes.data, None, 1, 0)
         self._dense = tuple(ctypes.c_void_p() for _ in range(3))  # X, Y and E of cholmod_solve2
+        self._x: np.ndarray | None = None
         weakref.finalize(self, _free, self._library, self._common, self._L, self._dense)
 
     def factorise(self) -> None:
@@ -179,7 +180,9 @@ class Domain:
             system, self._L, ctypes.byref(self._B), None, X, None, Y, E, self._common
         )
         x = ctypes.cast(self._dense[0], ctypes.POINTER(_Dense)).contents.x
-        return np.ctypeslib.as_array((ctypes.c_double * self.n).from_address(x))
+        if self._x is None or self._x.ctypes.data != x:  # CHOLMOD allocates it in the first call, and keeps it
+            self._x = np.ctypeslib.as_array((ctypes.c_double * self.n).from_address(x))
+        return self._x
 
     def corner(self, size: int) -> tuple[np.ndarray, np.ndarray]:
         """Where the last `size` columns of L are: (positions in the numbers of L, positions in a dense U).

@@ -92,9 +92,10 @@ PUSH = 1.0
 def native_contact(x: np.ndarray, center: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
     """The framework's own `sphere_contact`, for all positions at once."""
     away = x - center
-    distance = np.linalg.norm(away, axis=1)
-    outward = away / np.maximum(distance, 1e-300)[:, None]
-    return distance < radius, np.where(distance[:, None] > 0, outward, (0.0, 1.0, 0.0))
+    distance = np.sqrt(np.einsum("ij,ij->i", away, away))
+    if not distance.all():
+        away[distance == 0] = (0.0, 1.0, 0.0)
+    return distance < radius, away / np.where(distance > 0, distance, 1.0)[:, None]
 
 
 def native_filter(v: np.ndarray, n: np.ndarray) -> np.ndarray:
@@ -104,25 +105,35 @@ def native_filter(v: np.ndarray, n: np.ndarray) -> np.ndarray:
 
 
 def detect(
-    collider: Collider, x: np.ndarray, v: np.ndarray, dt: float, contact: Detect = native_contact
+    collider: Collider,
+    x: np.ndarray,
+    v: np.ndarray,
+    dt: float,
+    contact: Detect = native_contact,
+    free: np.ndarray | None = None,
 ) -> Contacts:
-    """Vertices of x (n, 3) to filter in a step of dt [s]; `contact` decides about spheres and capsules."""
+    """Vertices of x (n, 3) to filter in a step of dt [s], of those that are `free` (n,).
+
+    `contact` decides about spheres and capsules.
+    """
     if isinstance(collider, Plane):
         gap = collider.gap(x)
-        near = np.flatnonzero(gap < NEAR + 2 * dt * float(np.abs(v).max()))
+        close = gap < NEAR + 2 * dt * float(np.abs(v).max())
+        near = np.flatnonzero(close if free is None else close & free)
         n = collider.unit_normal()
         back = np.minimum(-gap[near, None] / dt, PUSH)
         return Contacts(near, np.broadcast_to(n, (len(near), 3)), back * n)
     center, _ = collider.nearest(x)
     away = x - center
-    near = np.flatnonzero(np.einsum("ij,ij->i", away, away) <= (1.01 * collider.radius) ** 2)
+    close = np.einsum("ij,ij->i", away, away) <= (1.01 * collider.radius) ** 2
+    near = np.flatnonzero(close if free is None else close & free)
     if len(near) == 0:
         return Contacts(near, np.zeros((0, 3)), np.zeros((0, 3)))
-    there = x[near]
+    there = x.take(near, axis=0)
     center, velocity = collider.nearest(there)
     hit, normal = contact(there, center, collider.radius)
     hit = hit != 0
-    return Contacts(near[hit], normal[hit], (np.zeros_like(there) + velocity)[hit])
+    return Contacts(near[hit], normal[hit], np.broadcast_to(velocity, there.shape)[hit])
 
 
 def respond(v: np.ndarray, contacts: list[Contacts], filtered: Filter = native_filter) -> np.ndarray:

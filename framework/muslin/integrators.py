@@ -115,7 +115,7 @@ class Model:
         self._assemble = cloth.assembly(self.system.layout, self.system.data)
         self._couple = cloth.assembly(self.system.coupling)
         self._impulse = cloth.impulse()
-        self._held = held
+        self._free = ~held if held.any() else None
         self._detect: Detect = native_contact
         self.filter: Filter = native_filter
         if functions := cloth.by_student("detection"):
@@ -204,15 +204,8 @@ class Model:
 
     def contacts(self, state: State, dt: float) -> list[Contacts]:
         """Contacts of the free vertices, for a step of dt [s]."""
-        found = [
-            detect(collider, state.x, state.v, dt, self._detect) for collider in self.colliders_at(state.time)
-        ]
-        if len(self.held) == 0:
-            return found
-        free = [~self._held[c.vertices] for c in found]
-        return [
-            Contacts(c.vertices[k], c.normals[k], c.velocities[k]) for c, k in zip(found, free, strict=True)
-        ]
+        colliders = self.colliders_at(state.time)
+        return [detect(c, state.x, state.v, dt, self._detect, self._free) for c in colliders]
 
 
 def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:

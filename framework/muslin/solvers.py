@@ -73,8 +73,8 @@ class SuperLU:
         """Factorise and solve."""
         k = 3 * self.n
         matrix = sp.csc_matrix((self.data, self.indices, self.indptr), shape=(k, k), copy=False)
-        y = self._factors(matrix).solve(b[self.order].ravel())
-        return y.reshape(-1, 3)[self.place]
+        y = self._factors(matrix).solve(b.take(self.order, axis=0).ravel())
+        return y.reshape(-1, 3).take(self.place, axis=0)
 
     def _factors(self, matrix: sp.csc_matrix) -> Any:
         if self.definite:
@@ -215,13 +215,12 @@ class _Direct:
 
     def __init__(self, triangle: _Triangle, data: np.ndarray):
         self._domain = cholmod.Domain(triangle.indptr, triangle.indices, data)
-        self._order = triangle.order
+        self._order, self._place = triangle.order, np.argsort(triangle.order)
 
     def __call__(self, b: np.ndarray) -> np.ndarray:
         self._domain.factorise()
-        y = np.empty_like(b)
-        y[self._order] = self._domain.solve(b[self._order].ravel()).reshape(-1, 3)
-        return y
+        y = self._domain.solve(b.take(self._order, axis=0).ravel())
+        return y.reshape(-1, 3).take(self._place, axis=0)
 
 
 class _InHalves:
@@ -233,6 +232,7 @@ class _InHalves:
         ]
         self._orders = [triangle.order[:-size] for triangle in triangles]
         self._separator = triangles[0].order[-size:]
+        self._place = np.argsort(np.concatenate([*self._orders, self._separator]))
         first = triangles[0]
         begin = len(first.indptr) - 1 - 3 * size
         at = np.arange(first.indptr[begin], first.indptr[-1])
@@ -243,12 +243,9 @@ class _InHalves:
 
     def __call__(self, b: np.ndarray) -> np.ndarray:
         one, other = self._orders
-        right = b[one].ravel(), b[other].ravel()
-        parts = self._halves.factorise_and_solve(right, b[self._separator].ravel())
-        y = np.empty_like(b)
-        for order, part in zip((one, other, self._separator), parts, strict=True):
-            y[order] = part.reshape(-1, 3)
-        return y
+        first, second, between = (b.take(part, axis=0).ravel() for part in (one, other, self._separator))
+        y = np.concatenate(self._halves.factorise_and_solve((first, second), between))
+        return y.reshape(-1, 3).take(self._place, axis=0)
 
 
 class _Wrapped:
@@ -403,6 +400,7 @@ class System:
         n = len(held)
         self.held, self.free = held, np.flatnonzero(~held)
         self._any_held = len(self.free) < n
+        self._unknowns = (3 * self.free[:, None] + np.arange(3)).ravel()
         number = np.cumsum(~held) - 1
         kept = ~held[row] & ~held[col]
         k = len(self.free)
@@ -456,10 +454,10 @@ class System:
             b = b - (outer @ y.ravel()).reshape(-1, 3)
         if self.solver is not None:
             guess = y if guess is None else guess
-            if self._any_held:
-                y[self.free] = self.solver.solve(b[self.free], guess[self.free])
-            else:
-                y = self.solver.solve(b, guess)
+            if not self._any_held:
+                return self.solver.solve(b, guess)
+            found = self.solver.solve(b.take(self.free, axis=0), guess.take(self.free, axis=0))
+            y.reshape(-1)[self._unknowns] = found.ravel()  # in half the time of y[self.free] = found
         return y
 
 
