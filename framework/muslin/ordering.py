@@ -10,7 +10,7 @@ import numpy as np
 import scipy.sparse as sp
 
 #: Pieces of at most this many vertices are not cut again.
-LEAF = 24
+LEAF = 12
 
 
 def pseudo_points(graph: sp.csr_matrix) -> np.ndarray:
