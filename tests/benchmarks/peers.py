@@ -48,6 +48,9 @@ PACKAGES = {
     "simkit": (("simkit==0.1.8",), "membrane, one Newton step with its line search, SuperLU"),
 }
 
+#: Between turns [s]: idle threads of some BLAS keep a core busy for a tenth of a second.
+PAUSE = 0.3
+
 #: Whose energy and mass matrix are ours, so that the residual of our equation says something of them.
 COMPARABLE = ("muslin", "unlimited", "filter", "implicit")
 
@@ -360,6 +363,7 @@ def compare(
     while done < options.frames:
         count = min(turn, options.frames - done)
         for name in list(peers):
+            time.sleep(PAUSE)
             try:
                 taken = peers[name].ask(str(count))
                 rounds[name].append(np.median(np.array(taken), axis=0))
