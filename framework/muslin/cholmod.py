@@ -180,7 +180,9 @@ class Domain:
             system, self._L, ctypes.byref(self._B), None, X, None, Y, E, self._common
         )
         x = ctypes.cast(self._dense[0], ctypes.POINTER(_Dense)).contents.x
-        if self._x is None or self._x.ctypes.data != x:  # CHOLMOD allocates it in the first call, and keeps it
+        if (
+            self._x is None or self._x.ctypes.data != x
+        ):  # CHOLMOD allocates it in the first call, and keeps it
             self._x = np.ctypeslib.as_array((ctypes.c_double * self.n).from_address(x))
         return self._x
 
