@@ -180,7 +180,8 @@ class Cloth:
         Only a matter of speed: the functions below compute what they need, each for itself.
         """
         for element in self._distinct:
-            element.compute(*(part for part in parts if self.elements[part] is element), project=project)
+            if own := [part for part in parts if self.elements[part] is element]:
+                element.compute(*own, project=project)
 
     def energy_here(self) -> float:
         """Elastic energy [J]."""

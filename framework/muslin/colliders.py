@@ -133,7 +133,7 @@ def detect(
     center, velocity = collider.nearest(there)
     hit, normal = contact(there, center, collider.radius)
     hit = hit != 0
-    return Contacts(near[hit], normal[hit], np.broadcast_to(velocity, there.shape)[hit])
+    return Contacts(near[hit], normal[hit], (np.zeros_like(there) + velocity)[hit])
 
 
 def respond(v: np.ndarray, contacts: list[Contacts], filtered: Filter = native_filter) -> np.ndarray:
@@ -168,4 +168,4 @@ def depth(collider: Collider, x: np.ndarray) -> float:
         return max(0.0, -float(collider.gap(x).min()))
     center, _ = collider.nearest(x)
     away = x - center
-    return max(0.0, collider.radius - float(np.sqrt(np.einsum("ij,ij->i", away, away).min())))
+    return max(0.0, collider.radius - float(np.einsum("ij,ij->i", away, away).min()) ** 0.5)
