@@ -243,6 +243,7 @@ class Halves:
         self.domains, self.size = domains, size
         self._at, self._row, self._col = corner
         self._corners = [domain.corner(size) for domain in domains]
+        self._dense = [np.zeros(size * size) for _ in domains]
         self.parallel = parallel
 
     def factorise_and_solve(self, b: tuple[np.ndarray, np.ndarray], s: np.ndarray) -> list[np.ndarray]:
@@ -265,7 +266,7 @@ class Halves:
             domain.factorise()
             y[i] = domain.solve(np.concatenate([b[i], np.zeros(k)]), _SYSTEM_L)
             source, target = self._corners[i]
-            dense = np.zeros(k * k)
+            dense = self._dense[i]
             dense[target] = domain.numbers[source]
             U[i] = dense.reshape((k, k), order="F")
             complement[i] = U[i].copy(order="F")
@@ -273,7 +274,8 @@ class Halves:
 
         self._both(down)
         # mirrored: unknown j of the separator is k - 1 - j
-        S = complement[0] + complement[1]
+        S = complement[0]
+        S += complement[1]
         data = self.domains[0]._kept[2]
         S[k - 1 - self._col, k - 1 - self._row] -= data[self._at]
         middle = s[::-1].copy()
@@ -334,7 +336,9 @@ class _Helper:
 
     def __init__(self) -> None:
         self.free = threading.Lock()
-        self._go, self._done = threading.Semaphore(0), threading.Semaphore(0)
+        self._go, self._done = threading.Lock(), threading.Lock()  # taken until there is something to go on with
+        self._go.acquire()
+        self._done.acquire()
         self._task: Callable[[], None] = lambda: None
         self._error: BaseException | None = None
         threading.Thread(target=self._work, daemon=True).start()

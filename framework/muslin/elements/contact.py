@@ -25,7 +25,7 @@ class Detection:
         self._count, self._r = np.zeros(1, np.int32), np.zeros(1)
         self._x, self._c, self._normal = (np.zeros((n, 3)) for _ in range(3))
         self._hit = np.zeros(n, np.int32)
-        serial = is_small(n)
+        serial = is_small(n, 20)
         kernel = kept(function, ("detection", serial), lambda: _detection(function, serial))
         arrays = (self._count, self._x, self._c, self._r, self._hit, self._normal)
         self._launch = Launch(kernel, *arrays)
@@ -52,7 +52,7 @@ class Response:
         self.function = usable(function)
         self._count = np.zeros(1, np.int32)
         self._v, self._normal, self._out = (np.zeros((n, 3)) for _ in range(3))
-        serial = is_small(n)
+        serial = is_small(n, 10)
         kernel = kept(function, ("response", serial), lambda: _response(function, serial))
         self._launch = Launch(kernel, self._count, self._v, self._normal, self._out)
 

@@ -15,13 +15,13 @@ from taichi.lang import impl
 
 from muslin import runtime
 
-#: Iterations below which one thread is faster than waking others, which takes some 50 microseconds.
-SMALL = 1500
+#: Time of a loop [ns] below which one thread is as fast as two: waking another takes some 60 microseconds.
+WORTH_WAKING = 250_000
 
 
-def is_small(iterations: int) -> bool:
-    """Whether a loop of a kernel should stay on one thread; on a GPU none should."""
-    return iterations < SMALL and runtime.on_cpu()
+def is_small(iterations: int, nanoseconds: float) -> bool:
+    """Whether a loop of a kernel whose iterations take about so long should stay on one thread; no GPU's should."""
+    return iterations * nanoseconds < WORTH_WAKING and runtime.on_cpu()
 
 
 class Launch:

@@ -61,7 +61,7 @@ class StretchLimit:
         self._stretch = np.zeros(m)
         self._count, self._queue, self._queued = np.zeros(1, np.int32), *np.zeros((2, m), np.int32)
         moving = (self._x, self._v, self._numbers, triangles, g)
-        self._measure = Launch(_measure(is_small(m)), *moving, self._stretch)
+        self._measure = Launch(_measure(is_small(m, 25)), *moving, self._stretch)
         weight = np.where(held, 0.0, 1 / mass)
         self._correct = Launch(_correct, *moving, weight, ptr, around, self._count, self._queue, self._queued)
 

@@ -67,7 +67,7 @@ class NativeElement:
         out = (self._energies, self.gradient_rows, self.rows)
         terms = (float(mu), float(lam_trace), float(lam_area))
         self._launch = Launch(
-            _element(is_small(m)), self._orders, self.x, triangles, g0, h * area, *terms, *out
+            _element(is_small(m, 80)), self._orders, self.x, triangles, g0, h * area, *terms, *out
         )
 
     def update(self, x: np.ndarray) -> None:

@@ -112,7 +112,7 @@ class Assembly:
         where = (layout.start, layout.stride, np.ascontiguousarray(mass[k]))
         contributions = (ptr, np.ascontiguousarray(pattern.block_rows[position]))
         self._launch = Launch(
-            kernel(is_small(len(layout.start))), rows, *contributions, *where, self._scale, self.data
+            kernel(is_small(len(layout.start), 50)), rows, *contributions, *where, self._scale, self.data
         )
 
     def __call__(self, scale: float) -> np.ndarray:
@@ -214,7 +214,7 @@ class KineticEnergy:
         n = pattern.n
         self._v, self._out = np.zeros((n, 3)), np.zeros(n)
         neighbours = (pointers(pattern.layout.row, n), pattern.layout.col.astype(np.int32), mass)
-        self._launch = Launch(_kinetic_energy(is_small(n)), *neighbours, self._v, self._out)
+        self._launch = Launch(_kinetic_energy(is_small(n, 12)), *neighbours, self._v, self._out)
 
     def __call__(self, v: np.ndarray) -> np.ndarray:
         """(n,) [J] for velocities (n, 3)."""
@@ -256,7 +256,7 @@ class Impulse:
         neighbours = (pointers(pattern.layout.row, n), pattern.layout.col.astype(np.int32), mass)
         gather = (rows, pattern.vertex_ptr, pattern.vertex_rows)
         self._launch = Launch(
-            _impulse(is_small(n)), *gather, *neighbours, self.v, self.force, self._dt, self.out
+            _impulse(is_small(n, 20)), *gather, *neighbours, self.v, self.force, self._dt, self.out
         )
 
     def __call__(self, v: np.ndarray, force: np.ndarray, dt: float) -> np.ndarray:

@@ -150,7 +150,7 @@ class StudentElement:
             "eigensystem",
         )
         functions = tuple(getattr(f, name) for name in names)
-        serial = is_small(len(self.triangles))
+        serial = is_small(len(self.triangles), 100)
         key = ("fused", parts, serial, self.flip, functions)
         kernel = kept(f.deformation_gradient, key, lambda: _fused(*functions, self.flip, parts, serial))
         rest = (self.dphi, self.normal, self.area, self.mu, self.lam, self.h)
@@ -347,7 +347,7 @@ class KineticEnergy:
     ):
         self.function = usable(function)
         self._v, self._out = np.zeros((n, 3)), np.zeros(len(triangles))
-        serial = is_small(len(triangles))
+        serial = is_small(len(triangles), 20)
         kernel = kept(function, ("kinetic_energy", serial), lambda: _kinetic_energy(function, serial))
         self._launch = Launch(kernel, self._v, triangles, area, rho, h, self._out)
 
