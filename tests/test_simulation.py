@@ -169,6 +169,22 @@ def test_a_run_with_contacts_in_the_system_resumes_to_the_same_end(tmp_path):
     np.testing.assert_array_equal(longer.x, whole.x)
 
 
+def test_a_run_of_an_earlier_muslin_resumes(tmp_path):
+    """Its checkpoint knows nothing of contacts that press, its description nothing of newer parameters."""
+    scene = {"resolution": 6, "frame_every": 5}
+    muslin.simulate("drape", steps=5, out=tmp_path / "run", **scene)
+    with np.load(tmp_path / "run" / "checkpoint.npz") as saved:
+        older = {name: saved[name] for name in saved if name != "pressed"}
+    np.savez(tmp_path / "run" / "checkpoint.npz", **older)
+    described = json.loads((tmp_path / "run" / "run.json").read_text())
+    for name in ("contact", "stretch_limit"):
+        del described["parameters"][name]
+    (tmp_path / "run" / "run.json").write_text(json.dumps(described))
+    longer = muslin.simulate("drape", steps=10, out=tmp_path / "run", resume=True)
+    whole = muslin.simulate("drape", steps=10, **scene)
+    np.testing.assert_array_equal(longer.x, whole.x)
+
+
 def test_a_floor_holds_and_is_never_passed():
     run = muslin.simulate("drape", sphere=False, resolution=16, steps=240, start_at=(0, 0.1, 0))
     assert run.x[:, 1].min() >= run.scene.ground - 1e-9

@@ -193,7 +193,9 @@ class RunFolder:
     def checkpoint(self) -> tuple[State, int]:
         """Last state saved, and its step."""
         with _reading(self.folder / "checkpoint.npz") as path, np.load(path) as saved:
-            state = State(saved["x"], saved["v"], float(saved["time"]), pressed=saved["pressed"])
+            state = State(saved["x"], saved["v"], float(saved["time"]))
+            if "pressed" in saved:  # runs begun before contacts could be part of the system have none
+                state.pressed = saved["pressed"]
             return state, int(saved["step"])
 
 
