@@ -336,7 +336,8 @@ class _Helper:
 
     def __init__(self) -> None:
         self.free = threading.Lock()
-        self._go, self._done = threading.Lock(), threading.Lock()  # taken until there is something to go on with
+        # Taken until there is something to go on with.
+        self._go, self._done = threading.Lock(), threading.Lock()
         self._go.acquire()
         self._done.acquire()
         self._task: Callable[[], None] = lambda: None
