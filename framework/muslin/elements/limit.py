@@ -6,8 +6,8 @@ velocities of a triangle's corners along the gradient of its larger principal st
 
     dv_i = -w_i (s_0 - limit) / (dt sum_j w_j |ds_0/dx_j|^2) ds_0/dx_i,    ds_0/dx_i = (g_i . v_0) u_0,
 
-weighted by inverse masses w, so that linear and angular momentum stay; one triangle after the other, and then those
-that share a vertex with one that was corrected, until none is over the limit.
+weighted by inverse masses w: the impulses of a triangle's corners sum to zero and turn nothing. It goes from triangle
+to triangle, and from each that was corrected to those that share a vertex with it, until none is over the limit.
 """
 
 import functools
@@ -17,6 +17,7 @@ import taichi as ti
 
 from muslin.elements.arrays import index3, integers, scalars, vec3s
 from muslin.elements.launch import Launch, is_small
+from muslin.elements.layout import pointers
 from muslin.elements.native import rest_gradients
 
 #: A triangle is let be when it is over the limit by no more than this.
@@ -27,7 +28,7 @@ VISITS = 4
 
 
 class StretchLimit:
-    """Corrects velocities so that no triangle is stretched beyond a limit at the end of a step, where it can.
+    """Corrects velocities so that no triangle is stretched beyond a limit at the end of a step, where that can be.
 
     Parameters
     ----------
@@ -52,18 +53,15 @@ class StretchLimit:
     ):
         n, m = len(X), len(triangles)
         g = rest_gradients(X, triangles, normal)
-        around = (
-            np.argsort(triangles.ravel(), kind="stable").astype(np.int32) // 3
-        )  # triangles at each vertex
-        ptr = np.concatenate([[0], np.cumsum(np.bincount(triangles.ravel(), minlength=n))]).astype(np.int32)
+        ptr, around = pointers(triangles.ravel(), n), np.argsort(triangles.ravel(), kind="stable") // 3
         self._limit = limit
         self._x, self._v, self._numbers = np.zeros((n, 3)), np.zeros((n, 3)), np.array([0.0, limit])
         self._stretch = np.zeros(m)
         self._count, self._queue, self._queued = np.zeros(1, np.int32), *np.zeros((2, m), np.int32)
         moving = (self._x, self._v, self._numbers, triangles, g)
         self._measure = Launch(_measure(is_small(m, 25)), *moving, self._stretch)
-        weight = np.where(held, 0.0, 1 / mass)
-        self._correct = Launch(_correct, *moving, weight, ptr, around, self._count, self._queue, self._queued)
+        weight, work = np.where(held, 0.0, 1 / mass), (self._count, self._queue, self._queued)
+        self._correct = Launch(_correct, *moving, weight, ptr, around.astype(np.int32), *work)
 
     def __call__(self, x: np.ndarray, v: np.ndarray, dt: float) -> np.ndarray:
         """Velocities (n, 3) [m/s] from v, for a step of dt [s] from x; v itself if nothing is over the limit."""
@@ -109,6 +107,8 @@ def _measure(serial: bool):
     return kernel
 
 
+#: A triangle over the limit waits in a ring, `queue`, at most once: `queued` says so. `around[ptr[i]:ptr[i + 1]]` are
+#: the triangles at vertex i.
 @ti.kernel
 def _correct(
     x: vec3s,
