@@ -230,13 +230,15 @@ def colour_at(
     b = barycentric(edges, m, x, y)
     p0, p1, p2 = three_of(vertex, i, 0), three_of(vertex, j, 0), three_of(vertex, k, 0)
     p = b[0] * p0 + b[1] * p1 + b[2] * p2
-    n = (p1 - p0).cross(p2 - p0)
+    n = Vec3(0.0)
     if surfaces[which, SMOOTH] > 0:
         n = (
             b[0] * three_of(vertex, i, NORMAL)
             + b[1] * three_of(vertex, j, NORMAL)
             + b[2] * three_of(vertex, k, NORMAL)
         )
+    else:
+        n = (p1 - p0).cross(p2 - p0)
     n = unit(n)
     back = 0
     if facing[m] < 0:
