@@ -1,5 +1,7 @@
 """Solvers: all of them solve the same system, in one piece or in two halves, and say when they cannot."""
 
+import time
+
 import numpy as np
 import pytest
 
@@ -118,3 +120,21 @@ def test_an_indefinite_matrix_is_still_solved(size):
     b = np.random.default_rng(4).normal(size=(size * size, 3))
     y = system.solve(b)
     assert np.abs(A @ y.ravel() - shift * y.ravel() - b.ravel()).max() < 1e-6 * np.abs(b).max()
+
+
+def test_a_task_goes_on_to_its_end_when_the_wait_for_it_is_interrupted():
+    """Ctrl-C while one half is factorised must not mix its numbers with the next system's."""
+    helper, done = cholmod._Helper(), []
+
+    def slow():
+        time.sleep(0.2)
+        done.append("first")
+        raise ValueError("of the first")
+
+    helper.start(slow)  # and nobody waits for it
+    helper.start(lambda: done.append("second"))
+    helper.wait()
+    assert done == ["first", "second"]
+    helper.start(lambda: 1 // 0)
+    with pytest.raises(ZeroDivisionError):
+        helper.wait()

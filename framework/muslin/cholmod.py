@@ -19,6 +19,7 @@ import glob
 import importlib.util
 import os
 import threading
+import time
 import weakref
 from collections.abc import Callable
 from pathlib import Path
@@ -180,9 +181,7 @@ class Domain:
             system, self._L, ctypes.byref(self._B), None, X, None, Y, E, self._common
         )
         x = ctypes.cast(self._dense[0], ctypes.POINTER(_Dense)).contents.x
-        if (
-            self._x is None or self._x.ctypes.data != x
-        ):  # CHOLMOD allocates it in the first call, and keeps it
+        if self._x is None or self._x.ctypes.data != x:  # it keeps what it allocated in the first call
             self._x = np.ctypeslib.as_array((ctypes.c_double * self.n).from_address(x))
         return self._x
 
@@ -336,34 +335,38 @@ class _Helper:
 
     def __init__(self) -> None:
         self.free = threading.Lock()
-        # Taken until there is something to go on with.
         self._go, self._done = threading.Lock(), threading.Lock()
-        self._go.acquire()
-        self._done.acquire()
+        self._go.acquire()  # taken until there is something to do
         self._task: Callable[[], None] = lambda: None
+        self._busy = False
         self._error: BaseException | None = None
         threading.Thread(target=self._work, daemon=True).start()
 
     def _work(self) -> None:
         while True:
             self._go.acquire()
+            done = self._done
             try:
                 self._task()
             except BaseException as error:
                 self._error = error
-            self._done.release()
+            self._busy = False
+            done.release()
 
     def start(self, task: Callable[[], None]) -> None:
         """Begin a task."""
-        self._task = task
+        while self._busy:  # Ctrl-C has ended the wait for the last one, which goes on to its end all the same
+            time.sleep(1e-4)
+        self._task, self._error, self._busy = task, None, True
+        self._done = threading.Lock()
+        self._done.acquire()
         self._go.release()
 
     def wait(self) -> None:
         """Wait for it; what it raised is raised here."""
         self._done.acquire()
-        error, self._error = self._error, None
-        if error is not None:
-            raise error
+        if self._error is not None:
+            raise self._error
 
 
 @functools.cache
