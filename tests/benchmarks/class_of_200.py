@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import argparse
 import csv
+import importlib.util
 import itertools
 import json
 import os
@@ -307,6 +308,8 @@ def main() -> None:
     parser.add_argument("--keep", type=Path, help="folder for submissions and reports, kept")
     parser.add_argument("--deadline", default="20")
     options = parser.parse_args()
+    if importlib.util.find_spec("distributed") is None:
+        sys.exit('The second half needs Dask. Install it with: pip install -e ".[class]"')
     home = options.keep or Path(tempfile.mkdtemp(prefix="class-"))
     submissions = home / "submissions"
     submissions.mkdir(parents=True)
