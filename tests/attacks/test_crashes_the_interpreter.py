@@ -11,8 +11,8 @@ WAYS = {
     "shape_functions.py": """
 import sys, threading
 sys.setrecursionlimit(10**9)
-def down(n): return down(n + 1) + max(map(down, [n]))
-threading.stack_size(1 << 20)
+def down(n): return max(map(down, [n]))
+threading.stack_size(1 << 16)
 thread = threading.Thread(target=down, args=(0,))
 thread.start()
 thread.join()
