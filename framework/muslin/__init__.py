@@ -15,9 +15,12 @@ import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
+from muslin import paths
+
 __version__ = "0.1.0"
 
 os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")  # Taichi prints its banner on import
+paths.find_caches()  # before anything can import Taichi, which dies without a home
 
 _HOMES = {
     "load": "muslin.tasks",

@@ -1,7 +1,12 @@
-"""Where Muslin's own files live: in the repository, or inside an installed wheel."""
+"""Where Muslin's own files live (in the repository, or inside an installed wheel), and what it may keep."""
 
 from __future__ import annotations
 
+import contextlib
+import functools
+import os
+import stat
+import sys
 from pathlib import Path
 
 from muslin.errors import MuslinError
@@ -69,3 +74,78 @@ def shown(path: Path | str) -> str:
         return path.relative_to(Path.cwd()).as_posix()
     except ValueError:
         return str(path)
+
+
+# --- caches: what can always be made again -------------------------------------------------------------------
+
+
+def cache(*parts: str) -> Path:
+    """A folder for what can be made again, such as compiled kernels; it is there and can be written.
+
+    Parameters
+    ----------
+    *parts : str
+        Folders below the user's cache: `cache("muslin", "grading")`.
+
+    Returns
+    -------
+    Path
+        Below `$XDG_CACHE_HOME` or else `~/.cache`, as long as it can be written there. Where it cannot (no home,
+        another user's home, a read-only disk), below a temporary folder that is this user's alone.
+    """
+    return _cache_home(parts).joinpath(*parts)
+
+
+def find_caches() -> None:
+    """See to it that Taichi, once it is imported, finds a place for its kernels that can be written.
+
+    Taichi aborts on import if it knows no home, and at exit, after all work is done, if it cannot write there.
+    It would also ask a server for its newest version once a day; Muslin asks for nothing.
+    """
+    environment = os.environ
+    environment.setdefault("TI_SKIP_VERSION_CHECK", "ON")
+    if (chosen := environment.get("TI_OFFLINE_CACHE_FILE_PATH")) and not can_write(Path(chosen)):
+        del environment["TI_OFFLINE_CACHE_FILE_PATH"]
+    home, below = environment.get("HOME"), ("taichi", "ticache")
+    taken = environment.get("XDG_CACHE_HOME") or (f"{home}/.cache" if home else "")
+    if sys.platform != "win32" and not (taken and can_write(Path(taken, *below))):
+        environment["XDG_CACHE_HOME"] = str(_cache_home(below))
+
+
+def can_write(folder: Path) -> bool:
+    """Whether files can be written to a folder, which is made if it is not there."""
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError:
+        return False
+    return os.access(folder, os.W_OK | os.X_OK)
+
+
+def _cache_home(below: tuple[str, ...]) -> Path:
+    usual = [Path(given) for given in [os.environ.get("XDG_CACHE_HOME")] if given]
+    with contextlib.suppress(RuntimeError):  # no HOME, and a user without an entry
+        usual.append(Path.home() / ".cache")
+    return next((home for home in usual if can_write(home.joinpath(*below))), None) or _private_folder()
+
+
+@functools.cache
+def _private_folder() -> Path:
+    """A folder in the temporary one that no other user can read, write or have put there."""
+    import atexit
+    import shutil
+    import tempfile
+
+    user = os.getuid() if hasattr(os, "getuid") else os.getpid()
+    try:
+        folder = Path(tempfile.gettempdir()) / f"muslin-cache-{user}"
+        try:
+            folder.mkdir(mode=0o700)
+        except FileExistsError:
+            found = folder.lstat()
+            mine = not hasattr(os, "getuid") or (found.st_uid == user and not found.st_mode & 0o077)
+            if not (stat.S_ISDIR(found.st_mode) and mine):  # somebody else's: take one nobody can guess
+                folder = Path(tempfile.mkdtemp(prefix="muslin-cache-"))
+                atexit.register(shutil.rmtree, folder, ignore_errors=True)
+        return folder
+    except OSError:  # nowhere at all
+        return Path("/nonexistent" if os.name == "posix" else "C:/nonexistent")

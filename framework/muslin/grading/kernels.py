@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import muslin
+from muslin import paths
 
 #: Largest store of one part of a submission, and of all submissions together [bytes].
 LARGEST_PART, LARGEST_TOTAL = 20_000_000, 300_000_000
@@ -88,5 +89,4 @@ def tidy() -> None:
 
 
 def _home() -> Path:
-    base = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
-    return Path(base) / "muslin" / "grading"
+    return paths.cache("muslin", "grading")

@@ -21,6 +21,9 @@ from typing import Any
 
 from muslin.errors import MuslinError
 
+#: What a process most often dies of, by the signal that ended it.
+_OFTEN: dict[int, str] = {signal.SIGKILL: "the memory has run out"} if sys.platform != "win32" else {}
+
 
 class Crashed(MuslinError):
     """The worker has gone: it crashed, or it was ended because it took too long (`late`)."""
@@ -51,7 +54,7 @@ class Worker:
         )
         self._process.start()
         theirs.close()
-        self.asked = 0
+        self.asked, self._ready = 0, False
 
     def ask(self, function: Callable[..., Iterator[Any]], *arguments: Any, deadline: float) -> Iterator[Any]:
         """Run `function(*arguments)` there; gives what it yields, as it comes.
@@ -83,6 +86,9 @@ class Worker:
                         late=True,
                     )
                 kind, what = self._channel.recv()
+                if kind == "ready":
+                    self._ready = True
+                    continue
                 if kind == "end":
                     return
                 if kind == "item":
@@ -98,8 +104,15 @@ class Worker:
             code = self._process.exitcode or 0
             self.close()
             name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+            if not self._ready:
+                raise MuslinError(
+                    f"The process that runs your functions ends before it has read them ({name}): "
+                    "the fault is not in your code.",
+                    "See what this machine lacks: muslin doctor",
+                ) from None
+            most = _OFTEN.get(-code, "an index is out of range")
             raise Crashed(
-                f"Your code has ended the whole Python process ({name}). Most often an index is out of range."
+                f"Your code has ended the whole Python process ({name}). Most often {most}."
             ) from None
 
     def close(self) -> None:
@@ -138,6 +151,8 @@ def _serve(channel: Connection, other_end: Connection | None, debug: bool, ready
             importlib.import_module(module)
     except MuslinError as error:
         trouble = error
+    with contextlib.suppress(OSError):
+        channel.send(("ready", None))
     while True:
         try:
             function, arguments = channel.recv()
