@@ -9,8 +9,8 @@ from pathlib import Path
 
 import pytest
 
-from muslin import cli, paths
-from muslin.student import gradcheck, plain, source, workspace
+from muslin import cli, paths, source
+from muslin.student import gradcheck, plain, workspace
 
 ROOT = Path(__file__).resolve().parent.parent
 SOLUTION = ROOT / "solutions" / "cloth"

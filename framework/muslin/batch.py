@@ -8,7 +8,6 @@ from __future__ import annotations
 
 import inspect
 import itertools
-import linecache
 from collections.abc import Callable
 from typing import Any
 
@@ -17,6 +16,7 @@ import numpy as np
 from muslin import runtime
 from muslin.complaints import explained
 from muslin.errors import MuslinError, StudentCodeError
+from muslin.source import remember
 from muslin.tasks import KINDS, Task, usable
 
 _counter = itertools.count()
@@ -183,7 +183,7 @@ def _make_kernel(
 
     scope = {"ti": ti, "function": function, "check": check, "types": array_types()}
     filename = f"<muslin batch {next(_counter)}: {title}>"
-    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    remember(filename, source)
     exec(compile(source, filename, "exec", dont_inherit=True), scope)
     return ti.kernel(scope["batch"])
 

@@ -22,7 +22,7 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
-from muslin import paths, runtime
+from muslin import paths, runtime, source, syntax
 from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
 
 MANIFEST = "assignment.toml"
@@ -273,16 +273,16 @@ def _import(path: Path) -> ModuleType | MuslinError:
         return StudentCodeError(f"{where} is missing.", "Copy it back from the assignment.")
     runtime.taichi()
     try:
-        source = path.read_text(encoding="utf-8-sig")
-        filename = _remembered(path, source)
+        text = source.decoded(path.read_bytes(), where)
+        if re.match(r'\s*\{\s*"(cells|metadata|nbformat)"', text):
+            return StudentCodeError(f"{where} is a notebook, not a Python file.", "Export it as .py.")
+        filename = _remembered(path, text)
         module = ModuleType(f"muslin_student_{path.stem}")
         module.__file__ = filename
         with _taichi_locked(where):
-            exec(compile(source, filename, "exec", dont_inherit=True), module.__dict__)
+            exec(syntax.compiled(text, filename, where), module.__dict__)
     except MuslinError as error:
         return error
-    except UnicodeDecodeError:
-        return StudentCodeError(f"{where} is not UTF-8 text.", "Save it as UTF-8.")
     except OSError as error:
         return StudentCodeError(f"{where} cannot be read: {error.strerror}.")
     except SyntaxError as error:
@@ -290,7 +290,7 @@ def _import(path: Path) -> ModuleType | MuslinError:
             return StudentCodeError(
                 f"{where}: {error}", 'Write "@ti.func" above each task, not "@ti.kernel".'
             )
-        return StudentCodeError(f"{where}, line {error.lineno}: Python cannot read this: {error.msg}.")
+        return syntax.complaint(error, text, where)
     except (Exception, SystemExit) as error:
         if "missing 1 required positional argument: 'fn'" in str(error):
             return StudentCodeError(f'{_line_of(error, path)}: write "@ti.func" without brackets.')
@@ -306,7 +306,7 @@ _VERSION = " (version "
 _versions = itertools.count(2)
 
 
-def _remembered(path: Path, source: str) -> str:
+def _remembered(path: Path, text: str) -> str:
     """Name under which Python and Taichi find this source again, whatever happens to the file.
 
     Taichi reads a function's source when it first compiles it, perhaps long after the file was loaded: each
@@ -314,9 +314,9 @@ def _remembered(path: Path, source: str) -> str:
     """
     filename = str(path)
     known = linecache.cache.get(filename)
-    if known is not None and "".join(known[2]) != source:  # type: ignore[misc]
+    if known is not None and known[2] != source.rows(text):  # type: ignore[misc]
         filename = f"{filename}{_VERSION}{next(_versions)})"
-    linecache.cache[filename] = (len(source), None, source.splitlines(keepends=True), filename)
+    source.remember(filename, text)
     return filename
 
 

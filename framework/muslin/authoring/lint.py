@@ -18,7 +18,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from muslin import paths, tasks
+from muslin import paths, syntax, tasks
 from muslin.authoring import reference_data
 from muslin.authoring import release as releasing
 from muslin.errors import MuslinError, NotImplementedYet
@@ -222,7 +222,7 @@ def _placeholders(subject: Subject) -> Iterator[Finding]:
     suite = [_suite_file(subject, task) for task in subject.table.tasks]
     own = [p for p in sorted(subject.source.glob("*")) if p.suffix in (".py", ".md", ".toml")]
     for path in [*own, *(p for p in suite if p.is_file())]:
-        for number, line in enumerate(path.read_text(encoding="utf-8", errors="replace").splitlines(), 1):
+        for number, line in enumerate(syntax.lines(path.read_text(encoding="utf-8", errors="replace")), 1):
             if re.search(rf"\b{PLACEHOLDER}\b", line):
                 said = re.sub(rf".*?\b{PLACEHOLDER}\b:? *", "", line).strip(" \"',}-<>") or "this"
                 yield Finding(

@@ -27,7 +27,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from muslin import paths
+from muslin import paths, syntax
 from muslin.errors import MuslinError
 from muslin.tasks import KINDS, MANIFEST, Assignment, Task, Value, read_assignment
 
@@ -232,7 +232,7 @@ def _stubs(path: Path, table: Assignment) -> str:
 
 def _without_regions(text: str, path: Path) -> str:
     """Regions in functions become the words and a raise; regions at module level vanish."""
-    lines = text.splitlines()
+    lines = syntax.bare_lines(text)
     kept: list[str] = []
     next_line = 0
     for region in regions(lines, path):
@@ -262,7 +262,7 @@ def _require_regions(text: str, path: Path, table: Assignment) -> None:
     except SyntaxError as error:
         raise MuslinError(f"{paths.shown(path)}, line {error.lineno}: {error.msg}.") from None
     functions = {node.name: node for node in tree.body if isinstance(node, ast.FunctionDef)}
-    begins = [region.begin + 1 for region in regions(text.splitlines(), path) if region.indent]
+    begins = [region.begin + 1 for region in regions(syntax.bare_lines(text), path) if region.indent]
     for task in table.tasks.values():
         if task.file != path.name:
             continue
@@ -284,7 +284,7 @@ def _mark_idle_imports(text: str) -> str:
     """Keep imports that only the answers use, and say so: the student will want them."""
     tree = ast.parse(text)
     used = {node.id for node in ast.walk(tree) if isinstance(node, ast.Name)}
-    lines = text.splitlines()
+    lines = syntax.bare_lines(text)
     for node in tree.body:
         if isinstance(node, (ast.Import, ast.ImportFrom)):
             names = {(alias.asname or alias.name).split(".")[0] for alias in node.names}
@@ -379,7 +379,7 @@ def answers(source: Path) -> dict[str, str]:
     """
     found: dict[str, str] = {}
     for file in (*read_assignment(source).files, MANIFEST):
-        lines = _read(source / file).splitlines()
+        lines = syntax.bare_lines(_read(source / file))
         for region in regions(lines, source / file):
             for index in region.body:
                 line = re.sub(r"\s#\s.*$", "", f" {lines[index]}").strip()
@@ -446,7 +446,7 @@ def _within(relative: str, folders: set[str]) -> str:
 def _first_difference(present: bytes, expected: bytes) -> int | None:
     """Line of the first difference (0 where lines mean nothing), or None if there is none."""
     try:
-        have, want = (content.decode("utf-8").splitlines() for content in (present, expected))
+        have, want = (syntax.bare_lines(content.decode("utf-8")) for content in (present, expected))
     except UnicodeDecodeError:
         return None if present == expected else 0
     if have == want:

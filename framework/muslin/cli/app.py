@@ -126,7 +126,7 @@ def print_verdicts(verdicts: list[Any]) -> None:
     """A line for each verdict, more where something is wrong."""
     width = max(len(verdict.task) for verdict in verdicts)
     for verdict in verdicts:
-        first, *more = verdict.message.splitlines()
+        first, *more = verdict.message.split("\n")
         typer.echo(f"  {'ok  ' if verdict.ok else 'FAIL'} {verdict.task:{width}}  {first}")
         for line in more:
             typer.echo(f"         {line}")

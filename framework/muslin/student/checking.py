@@ -93,7 +93,7 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
 
 def _notes(folder: Path, task: Any, message: str = "") -> tuple[str, ...]:
     """What is noticed in a task's text; of a complaint only about its own line, if it names one."""
-    from muslin.student import reading, source
+    from muslin import reading, source
 
     try:
         found = reading.notes(source.read(folder / task.file), task.name)
@@ -195,7 +195,7 @@ def told(workspace: Workspace, report: Report, width: int = 0, brief: bool = Fal
         One line only.
     """
     mark = {GREEN: "ok  ", WRONG: "FAIL", TODO: "todo", ERROR: "FAIL"}[report.status]
-    first, *more = report.message.splitlines()
+    first, *more = report.message.split("\n")
     lines = [f"  {mark} {report.task:{width}}  {first}"]
     if brief or report.status in (GREEN, TODO):
         return lines

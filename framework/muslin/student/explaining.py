@@ -139,7 +139,7 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     if got is None:
         yield ""
         yield "Your function does not run yet"
-        yield from (f"  {line}" for line in trouble.splitlines())
+        yield from (f"  {line}" for line in trouble.split("\n"))
         yield from _titled("Expected", results)
     else:
         yield from _variables(folder / task.file, name, here, {**way, **results}, [g[case] for g in got])

@@ -19,6 +19,8 @@ from typing import Any
 
 import numpy as np
 
+from muslin import paths, source, syntax
+
 #: Variables shown of one function: loops may set many.
 MOST = 60
 
@@ -162,7 +164,7 @@ def values(path: Path, name: str, arguments: dict[str, Any]) -> tuple[Any, list[
     list of (line, variable, value)
         Every variable each time it got a value, in order; at most `MOST`.
     """
-    code = compile(path.read_text(encoding="utf-8-sig"), str(path), "exec", dont_inherit=True)
+    code = syntax.compiled(source.read(path), str(path), paths.shown(path))
     module = ModuleType("muslin_plain")
     given = {key: _own(value) for key, value in arguments.items()}
     with _looked_at():

@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-from muslin import paths
+from muslin import paths, source
 from muslin.errors import MuslinError
-from muslin.student import source
 from muslin.student.workspace import Workspace
 
 

@@ -9,9 +9,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from muslin import paths
+from muslin import paths, source
 from muslin.errors import MuslinError
-from muslin.student import source
 from muslin.student.checking import Checker, Report
 from muslin.student.workspace import Workspace
 
@@ -71,11 +70,9 @@ def pack(workspace: Workspace, out: Path | None = None) -> Packed:
     ]
     for file, content in handed.files.items():
         try:
-            source.Source(content.decode("utf-8-sig"), file)
+            source.Source(source.decoded(content, file), file)
         except MuslinError as error:
-            faults.append(error.message.rstrip("."))
-        except UnicodeDecodeError:
-            faults.append(f"{file} is not UTF-8 text")
+            faults.append(error.message.split("\n")[0].rstrip("."))
     return Packed(path, tuple(handed.files), tuple(faults))
 
 

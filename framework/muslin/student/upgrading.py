@@ -14,10 +14,9 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from muslin import paths
+from muslin import paths, source
 from muslin.errors import MuslinError
-from muslin.student import source
-from muslin.student.source import Function, Source
+from muslin.source import Function, Source
 from muslin.student.workspace import Workspace, checksum, description, given_files, reference_sum
 from muslin.tasks import is_stub
 

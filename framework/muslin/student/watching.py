@@ -14,6 +14,7 @@ import time
 from collections.abc import Callable, Iterator
 from typing import Any
 
+from muslin import source
 from muslin.errors import MuslinError
 from muslin.student import checking, hints, progress
 from muslin.student.workspace import Workspace, find
@@ -100,7 +101,7 @@ class Watch:
                 stamp: tuple[int, int] | None = (status.st_mtime_ns, status.st_size)
                 if stamp == self.stamps.get(file, ()):
                     continue
-                text = path.read_text(encoding="utf-8-sig", errors="replace")
+                text = source.glimpse(path)
             except OSError:  # between the two halves of a save, or deleted
                 stamp, text = None, ""
                 if self.stamps.get(file, ()) is None:

@@ -18,9 +18,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from muslin import __version__, paths
+from muslin import __version__, paths, source, syntax
 from muslin.errors import MuslinError
-from muslin.student import source
 from muslin.tasks import MANIFEST, Assignment, Task, assignment
 
 FOLDER = ".muslin"
@@ -98,7 +97,7 @@ class Workspace:
         if texts is not None:
             text = texts.get(entry.file, "")
         else:
-            text = file.read_text(encoding="utf-8-sig", errors="replace") if file.is_file() else ""
+            text = source.glimpse(file)
         return f"{source.fingerprint(text, task)[:20]}-{reference_sum(self.table.name, task)[:12]}"
 
     def place(self, task: str) -> str:
@@ -118,7 +117,7 @@ class Workspace:
         section = f"section {entry.section}, {task}"
         if not handout.is_file():
             return f"the handout, {section}"
-        lines = handout.read_text(encoding="utf-8", errors="replace").splitlines()
+        lines = syntax.lines(handout.read_text(encoding="utf-8", errors="replace"))
         line = next((k + 1 for k, text in enumerate(lines) if text.strip("# ") == task and "#" in text), 1)
         return f"{paths.shown(handout)}:{line} ({section})"
 

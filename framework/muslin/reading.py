@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 
 from muslin.errors import MuslinError
-from muslin.student.source import Source
+from muslin.source import Source
 
 
 @dataclass(frozen=True)

@@ -1,4 +1,4 @@
-"""The anatomy of a student's file: which lines are the signature, the docstring, the body of which function.
+"""A student's file: its text as Python reads it, and its anatomy (signature, docstring and body of every function).
 
 Everything works on lines, so that what is not meant to change keeps every byte.
 """
@@ -6,13 +6,20 @@ Everything works on lines, so that what is not meant to change keeps every byte.
 from __future__ import annotations
 
 import ast
+import codecs
+import contextlib
 import hashlib
+import io
+import linecache
+import re
+import tokenize
 from collections.abc import Iterator
 from dataclasses import dataclass
+from importlib.util import decode_source
 from pathlib import Path
 
-from muslin import paths
-from muslin.errors import MuslinError
+from muslin import paths, syntax
+from muslin.errors import MuslinError, StudentCodeError
 
 
 @dataclass(frozen=True)
@@ -64,15 +71,8 @@ class Source:
 
     def __init__(self, text: str, where: str = "the file"):
         self.text = text
-        self.lines = text.splitlines(keepends=True)
-        try:
-            self.tree = ast.parse(text)
-        except SyntaxError as error:
-            raise MuslinError(
-                f"{where}, line {error.lineno}: Python cannot read this: {error.msg}."
-            ) from None
-        except ValueError as error:  # null bytes
-            raise MuslinError(f"{where}: Python cannot read this: {error}.") from None
+        self.lines = syntax.lines(text)
+        self.tree = syntax.parsed(text, where)
         found = (self._function(node) for node in self.tree.body if isinstance(node, ast.FunctionDef))
         self.functions = {function.name: function for function in found}
 
@@ -105,43 +105,119 @@ class Source:
         return "".join(self.lines[lines.start : lines.stop])
 
 
+def decoded(data: bytes, where: str = "the file") -> str:
+    """Text of a Python file as Python reads it: in the encoding it declares, else UTF-8; line ends made newlines.
+
+    Raises
+    ------
+    StudentCodeError
+        If it is not text in that encoding.
+    """
+    wide = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE, codecs.BOM_UTF32_BE)
+    if data.startswith(wide):
+        raise StudentCodeError(f"{where} is saved as UTF-16 or UTF-32, which Python does not read.", SAVE)
+    try:
+        return decode_source(data)
+    except UnicodeDecodeError as error:
+        start, encoding = error.start, error.encoding
+    except (SyntaxError, LookupError) as error:
+        try:
+            data.decode("utf-8")
+        except UnicodeDecodeError as inside:
+            start, encoding = inside.start, "utf-8"
+        else:
+            why = str(error) if isinstance(error, LookupError) else (error.msg or "")
+            raise StudentCodeError(
+                f"{where} declares an encoding in its first lines that Python does not know ({why}).",
+                "Take that line out, and save the file as UTF-8.",
+            ) from None
+    except UnicodeError as error:
+        raise StudentCodeError(f"{where} cannot be read as text: {error}.", SAVE) from None
+    line = len(syntax.lines(data[:start].decode("latin-1") + "."))
+    name = "UTF-8" if encoding.startswith("utf-8") else encoding
+    raise StudentCodeError(f"{where}, line {line}: this is not {name} text.", SAVE) from None
+
+
+#: What to do about a file in an encoding that Python does not expect.
+SAVE = "Save it as UTF-8; your editor asks for the encoding, or shows it in its last line."
+
+
+def glimpse(path: Path) -> str:
+    """Text of a file to notice changes by; what cannot be decoded is replaced, a missing file is empty.
+
+    Raises
+    ------
+    OSError
+        If the file is there and cannot be read.
+    """
+    try:
+        data = path.read_bytes()
+    except FileNotFoundError:
+        return ""
+    try:
+        return decoded(data)
+    except StudentCodeError:
+        return data.decode("utf-8", "replace")
+
+
 def read(path: Path) -> str:
     """Text of a file, all its line ends made plain newlines.
 
     Raises
     ------
     MuslinError
-        If it is missing or not UTF-8 text.
+        If it is missing or cannot be read as text.
     """
     try:
-        return path.read_text(encoding="utf-8-sig")
+        return decoded(path.read_bytes(), paths.shown(path))
     except FileNotFoundError:
         raise MuslinError(f"{paths.shown(path)} is missing.", "Bring it back with: muslin upgrade") from None
-    except UnicodeDecodeError:
-        raise MuslinError(f"{paths.shown(path)} is not UTF-8 text.", "Save it as UTF-8.") from None
     except OSError as error:
         raise MuslinError(f"{paths.shown(path)} cannot be read: {error.strerror}.") from None
 
 
 def write(path: Path, text: str) -> None:
-    """Write a file at once or not at all, with the line ends it has.
+    """Write a file at once or not at all, with the line ends, the mark and the encoding it has.
 
     Raises
     ------
     MuslinError
         If it cannot be written.
     """
-    newline = "\n"
+    newline, mark, encoding = "\n", b"", "utf-8"
     try:
         if path.exists():
-            newline = "\r\n" if b"\r\n" in path.read_bytes() else "\n"
+            before = path.read_bytes()
+            newline = "\r\n" if b"\r\n" in before else "\n"
+            mark = codecs.BOM_UTF8 if before.startswith(codecs.BOM_UTF8) else b""
+        if path.suffix == ".py" and not mark:
+            with contextlib.suppress(SyntaxError):
+                encoding, _ = tokenize.detect_encoding(io.BytesIO(text.encode()).readline)
+        data = mark + text.replace("\n", newline).encode(encoding)
         path.parent.mkdir(parents=True, exist_ok=True)
         beside = path.with_name(path.name + ".new")
-        with beside.open("w", encoding="utf-8", newline=newline) as stream:
-            stream.write(text)
+        beside.write_bytes(data)
         beside.replace(path)
+    except UnicodeEncodeError as error:
+        raise MuslinError(
+            f"{paths.shown(path)} declares the encoding {encoding}, which lacks {error.object[error.start]!r}.",
+            "Save the file as UTF-8 and take the declaration out.",
+        ) from None
     except OSError as error:
         raise MuslinError(f"{paths.shown(path)} cannot be written: {error.strerror}.") from None
+
+
+def rows(text: str) -> list[str]:
+    """Lines of a file as Taichi may read them.
+
+    A form feed in an indentation counts for nothing in Python, but Taichi would count it as a column.
+    """
+    return [re.sub(r"^[ \t\f]*\f", "", row) for row in syntax.lines(text)]
+
+
+def remember(filename: str, text: str) -> None:
+    """Have Python and Taichi find the source of functions under a name that need not be a file's."""
+    linecache.cache[filename] = (len(text), None, rows(text), filename)
 
 
 def without_docstring(node: ast.FunctionDef) -> str:
