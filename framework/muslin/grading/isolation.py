@@ -1,8 +1,9 @@
-"""What the operating system does to keep a worker in: namespaces, users, filters, limits. Elsewhere, limits only.
+"""What the operating system does to keep a worker in: namespaces, users, limits. Elsewhere, limits only.
 
 Runs in the worker's side only, before any student code: `enclose` once in the nursery, from which workers are
 forked, `confine` in every worker. Nothing here is heavy to import. There is no library for this that comes as a
-wheel; the calls are those of unshare(1), mount(8), pivot_root(8), setpriv(1), seccomp(2) and landlock(7).
+wheel; the calls are those of unshare(1), mount(8), pivot_root(8) and setpriv(1). What the kernel refuses besides is
+in `filters`.
 """
 
 from __future__ import annotations
@@ -12,9 +13,8 @@ import ctypes
 import os
 import resource
 import signal
-import struct
 import sys
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 
 LINUX = sys.platform.startswith("linux")
@@ -25,20 +25,25 @@ _MS_RDONLY, _MS_NOSUID, _MS_NODEV, _MS_NOEXEC, _MS_REMOUNT = 1, 2, 4, 8, 32
 _MS_BIND, _MS_REC, _MS_PRIVATE = 4096, 16384, 1 << 18
 _MNT_DETACH = 2
 _PR_SET_PDEATHSIG, _PR_CAPBSET_DROP, _PR_SET_SECUREBITS = 1, 24, 28
-_PR_SET_CHILD_SUBREAPER, _PR_SET_NO_NEW_PRIVS, _PR_SET_SECCOMP = 36, 38, 22
+_PR_SET_CHILD_SUBREAPER, _PR_SET_NO_NEW_PRIVS = 36, 38
 _SYS_PIVOT_ROOT = {"x86_64": 155, "aarch64": 41}
 _SYS_CAPSET = {"x86_64": 126, "aarch64": 91}
 
 #: The only folder a worker can write to.
 HOME = "/submission"
 
-#: Limits of a worker: address space, one file, open files, processes and threads of its user.
-MEMORY, FILE, OPEN, PROCESSES = 4 << 30, 64 << 20, 256, 96
+#: Limits of a worker: address space, one file, open files.
+MEMORY, FILE, OPEN = 4 << 30, 64 << 20, 256
+#: Processes and threads of a worker's user: Taichi starts six. A user it shares may start others meanwhile.
+PROCESSES, SHARED_PROCESSES = 20, 96
+#: What its home may hold: bytes, and files and folders. A tmpfs takes a kilobyte of memory for an empty file.
+DISK, FILES = 128 << 20, 4096
 
 _libc = ctypes.CDLL(None, use_errno=True)
 
 
-def _call(name: str, *arguments: object) -> int:
+def call(name: str, *arguments: object) -> int:
+    """Call a function of the C library; OSError with its name if it fails."""
     converted = [a.encode() if isinstance(a, str) else a for a in arguments]
     result = getattr(_libc, name)(*converted)
     if result < 0:
@@ -48,15 +53,15 @@ def _call(name: str, *arguments: object) -> int:
 
 
 def _system_call(table: dict[str, int], *arguments: object) -> None:
-    _call("syscall", ctypes.c_long(table[os.uname().machine]), *arguments)
+    call("syscall", ctypes.c_long(table[os.uname().machine]), *arguments)
 
 
 def _mount(source: str, target: str, kind: str | None, flags: int, options: str | None = None) -> None:
-    _call("mount", source, target, kind, ctypes.c_ulong(flags), options)
+    call("mount", source, target, kind, ctypes.c_ulong(flags), options)
 
 
 def _prctl(option: int, value: int) -> None:
-    _call("prctl", option, ctypes.c_ulong(value), ctypes.c_ulong(0), ctypes.c_ulong(0), ctypes.c_ulong(0))
+    call("prctl", option, ctypes.c_ulong(value), ctypes.c_ulong(0), ctypes.c_ulong(0), ctypes.c_ulong(0))
 
 
 def adopt_orphans() -> None:
@@ -97,14 +102,14 @@ def enclose(view: Iterable[str], hidden: Iterable[str], scratch: str) -> bool:
         If the system does not allow it.
     """
     try:
-        _call("unshare", _NEWNS | _NEWNET | _NEWIPC | _NEWUTS)
+        call("unshare", _NEWNS | _NEWNET | _NEWIPC | _NEWUTS)
         own_users = False
     except OSError:
         _new_users(_NEWNS | _NEWNET | _NEWIPC | _NEWUTS)
         own_users = True
     _mount("none", "/", None, _MS_REC | _MS_PRIVATE)
     _mount("muslin", scratch, "tmpfs", _MS_NOSUID | _MS_NODEV, "size=16m,mode=755")
-    for path in _outermost(view):
+    for path in outermost(view):
         _show(scratch, path)
     for device in ("null", "zero", "random", "urandom"):
         _show(scratch, f"/dev/{device}", read_only=False)
@@ -118,7 +123,7 @@ def enclose(view: Iterable[str], hidden: Iterable[str], scratch: str) -> bool:
     os.chdir("/")
     # the old /proc stays with this process only, until workers have one of their own
     _mount("/old/proc", "/proc", None, _MS_BIND | _MS_REC)
-    _call("umount2", "/old", _MNT_DETACH)
+    call("umount2", "/old", _MNT_DETACH)
     os.rmdir("/old")
     _remount_read_only("/")
     _mount("muslin", HOME, "tmpfs", _MS_NOSUID | _MS_NODEV, "size=16m,mode=755")
@@ -129,13 +134,13 @@ def enclose(view: Iterable[str], hidden: Iterable[str], scratch: str) -> bool:
 def _new_users(more: int = 0) -> None:
     """Enter a user space with this process's own user in it, and every right inside."""
     user, group = os.getuid(), os.getgid()
-    _call("unshare", _NEWUSER | more)
+    call("unshare", _NEWUSER | more)
     Path("/proc/self/setgroups").write_text("deny")
     Path("/proc/self/uid_map").write_text(f"{user} {user} 1")
     Path("/proc/self/gid_map").write_text(f"{group} {group} 1")
 
 
-def _outermost(paths: Iterable[str]) -> list[str]:
+def outermost(paths: Iterable[str]) -> list[str]:
     """Paths that do not lie in one another, folders first named by links kept as they are."""
     chosen: list[str] = []
     for path in sorted(set(paths), key=len):
@@ -187,7 +192,7 @@ def fork_into_new_processes() -> int:
     between = os.fork()
     if between == 0:
         try:
-            _call("unshare", _NEWPID)
+            call("unshare", _NEWPID)
             child = os.fork()
         except OSError as error:
             child = -(error.errno or 1)
@@ -215,12 +220,12 @@ def furnish(covered: Iterable[str], own_users: bool) -> None:
 
     With `own_users` also a user space, so that processes are counted for each worker alone.
     """
-    _call("unshare", _NEWNS | _NEWIPC)
+    call("unshare", _NEWNS | _NEWIPC)
     try:
         _mount("proc", "/proc", "proc", _MS_NOSUID | _MS_NODEV | _MS_NOEXEC)
     except OSError:  # some containers do not allow it: then there is none
         _mount("muslin", "/proc", "tmpfs", _MS_RDONLY | _MS_NOSUID | _MS_NODEV, "size=4k")
-    _mount("muslin", HOME, "tmpfs", _MS_NOSUID | _MS_NODEV, "size=128m,mode=777")
+    _mount("muslin", HOME, "tmpfs", _MS_NOSUID | _MS_NODEV, f"size={DISK},nr_inodes={FILES},mode=777")
     for path in covered:
         hide(path)
     if own_users and os.path.exists("/proc/self/uid_map"):
@@ -269,135 +274,6 @@ def keep_open(descriptors: Iterable[int]) -> None:
             os.closerange(low + 1, high)
 
 
-# filters ----------------------------------------------------------------------------------------------------
-
-#: Rights of landlock(7): read and list; list only; everything the first version knows.
-_READ, _LIST, _ALL = 1 | 4 | 8, 8, (1 << 13) - 1
-_ON_FILES = 1 | 2 | 4 | 1 << 14
-
-
-def keep_to(view: Iterable[str], hidden: Iterable[str], home: str) -> bool:
-    """Let this process read `view` without `hidden`, write below `home`, and open no other file.
-
-    For levels without a file system of their own; it needs no rights, and Linux 5.13.
-
-    Returns
-    -------
-    bool
-        Whether the system does it.
-    """
-    try:
-        version = _call("syscall", ctypes.c_long(444), None, ctypes.c_size_t(0), 1)
-        handled = _ALL | (1 << 13 if version >= 2 else 0) | (1 << 14 if version >= 3 else 0)
-        rules = _call("syscall", ctypes.c_long(444), struct.pack("Q", handled), ctypes.c_size_t(8), 0)
-    except OSError:
-        return False
-    allowed = [(home, handled), *((f"/dev/{name}", 2 | 4) for name in ("null", "zero", "random", "urandom"))]
-    allowed += [(f"/proc/{name}", _READ) for name in (os.getpid(), "cpuinfo", "meminfo")]
-    allowed += [("/sys/devices/system/cpu", _READ)]
-    kept_out = {os.path.realpath(path) for path in hidden}
-    for path in _outermost(os.path.realpath(path) for path in view):
-        allowed += _readable(path, kept_out)
-    for path, rights in allowed:
-        with contextlib.suppress(FileNotFoundError, PermissionError):
-            target = os.open(path, os.O_PATH | os.O_CLOEXEC)
-            rights &= handled if os.path.isdir(path) else _ON_FILES
-            _call("syscall", ctypes.c_long(445), rules, 1, struct.pack("=Qi", rights, target), 0)
-            os.close(target)
-    _call("syscall", ctypes.c_long(446), rules, 0)
-    os.close(rules)
-    return True
-
-
-def _readable(path: str, hidden: set[str]) -> Iterator[tuple[str, int]]:
-    """Files and folders that make up a path without what is hidden in it."""
-    if path in hidden:
-        return
-    if not any(inside.startswith(path + "/") for inside in hidden) or not os.path.isdir(path):
-        yield path, _READ
-        return
-    yield path, _LIST
-    for entry in os.scandir(path):
-        if not entry.is_symlink():
-            yield from _readable(entry.path, hidden)
-
-
-#: System calls of x86-64 (Taichi has no other Linux) that no formula needs: other processes, programs, the
-#: network, shared memory that outlives us, owners and modes of files (landlock does not look at those), mounts,
-#: and doors into the kernel.
-_REFUSED = {
-    "fork": 57, "vfork": 58, "execve": 59, "execveat": 322, "ptrace": 101, "kcmp": 312,
-    "process_vm_readv": 310, "process_vm_writev": 311, "process_madvise": 440, "process_mrelease": 448,
-    "pidfd_open": 434, "pidfd_send_signal": 424, "pidfd_getfd": 438,
-    "tkill": 200, "rt_sigqueueinfo": 129, "rt_tgsigqueueinfo": 297,
-    "setpriority": 141, "sched_setparam": 142, "sched_setscheduler": 144, "sched_setaffinity": 203,
-    "sched_setattr": 314, "ioprio_set": 251, "migrate_pages": 256, "move_pages": 279,
-    "socket": 41, "connect": 42, "accept": 43, "bind": 49, "listen": 50, "accept4": 288,
-    "shmget": 29, "shmat": 30, "shmctl": 31, "semget": 64, "msgget": 68, "mq_open": 240,
-    "chmod": 90, "fchmod": 91, "fchmodat": 268, "fchmodat2": 452,
-    "chown": 92, "fchown": 93, "lchown": 94, "fchownat": 260,
-    "utime": 132, "utimes": 235, "futimesat": 261, "utimensat": 280,
-    "setxattr": 188, "lsetxattr": 189, "fsetxattr": 190, "setxattrat": 463,
-    "removexattr": 197, "lremovexattr": 198, "fremovexattr": 199, "removexattrat": 466, "file_setattr": 469,
-    "unshare": 272, "setns": 308, "chroot": 161, "pivot_root": 155, "mount": 165, "umount2": 166,
-    "open_tree": 428, "move_mount": 429, "fsopen": 430, "fsconfig": 431, "fsmount": 432, "fspick": 433,
-    "mount_setattr": 442, "open_by_handle_at": 304, "fanotify_init": 300,
-    "bpf": 321, "perf_event_open": 298, "userfaultfd": 323,
-    "io_uring_setup": 425, "io_uring_enter": 426, "io_uring_register": 427,
-    "add_key": 248, "request_key": 249, "keyctl": 250,
-}  # fmt: skip
-_KILL, _TGKILL, _PRLIMIT, _FCNTL, _PRCTL, _CLONE, _CLONE3 = 62, 234, 302, 72, 157, 56, 435
-_CLONE_THREAD, _F_SETOWN, _F_SETSIG, _F_SETOWN_EX = 0x10000, 8, 10, 15
-_LOAD, _EQUAL, _AT_LEAST, _HAS, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
-_ALLOW, _EPERM, _ENOSYS = 0x7FFF0000, 0x00050000 | 1, 0x00050000 | 38
-
-
-def forbid() -> bool:
-    """Have the kernel refuse what no formula needs; threads are allowed, and signals to this process itself.
-
-    Returns
-    -------
-    bool
-        Whether the system does it.
-    """
-    if not LINUX or os.uname().machine != "x86_64" or struct.calcsize("P") != 8:
-        return False
-    own = os.getpid()
-    program = [(_LOAD, 0, 0, 4), (_EQUAL, 1, 0, 0xC000003E), (_RETURN, 0, 0, _ENOSYS)]  # no other machine's
-    program += [(_LOAD, 0, 0, 0), (_AT_LEAST, 0, 1, 0x40000000), (_RETURN, 0, 0, _ENOSYS)]
-    for number in _REFUSED.values():
-        program += [(_EQUAL, 0, 1, number), (_RETURN, 0, 0, _EPERM)]
-    program += [
-        (_EQUAL, 0, 1, _CLONE3),
-        (_RETURN, 0, 0, _ENOSYS),
-    ]  # libc then tries clone, whose flags we see
-    program += _argument(_CLONE, 0, _HAS, [_CLONE_THREAD], _ALLOW, _EPERM)
-    for number in (_KILL, _TGKILL):
-        program += _argument(number, 0, _EQUAL, [own], _ALLOW, _EPERM)
-    program += _argument(_PRLIMIT, 0, _EQUAL, [0, own], _ALLOW, _EPERM)
-    program += _argument(_FCNTL, 1, _EQUAL, [_F_SETOWN, _F_SETSIG, _F_SETOWN_EX], _EPERM, _ALLOW)
-    program += _argument(_PRCTL, 0, _EQUAL, [_PR_SET_PDEATHSIG], _EPERM, _ALLOW)
-    program += [(_RETURN, 0, 0, _ALLOW)]
-    code = ctypes.create_string_buffer(b"".join(struct.pack("HBBI", *step) for step in program))
-    header = struct.pack("HxxxxxxP", len(program), ctypes.addressof(code))
-    try:
-        _call("prctl", _PR_SET_SECCOMP, ctypes.c_ulong(2), header)
-    except OSError:
-        return False
-    return True
-
-
-def _argument(
-    number: int, position: int, test: int, values: list[int], then: int, otherwise: int
-) -> list[tuple[int, int, int, int]]:
-    """Steps of the filter that decide a system call by one of its arguments."""
-    steps = [(_LOAD, 0, 0, 16 + 8 * position)]
-    for value in values:
-        steps += [(test, 0, 1, value), (_RETURN, 0, 0, then)]
-    steps += [(_RETURN, 0, 0, otherwise)]
-    return [(_EQUAL, 0, len(steps), number), *steps]
-
-
 def _drop_capabilities() -> None:
     header = (ctypes.c_uint32 * 2)(0x20080522, 0)
     data = (ctypes.c_uint32 * 6)()
@@ -440,6 +316,30 @@ def children() -> list[int]:
                 if stat.rpartition(")")[2].split()[1] == own:
                     found.append(int(entry))
     return found
+
+
+def overflows(home: str) -> bool:
+    """Whether a folder holds more than a worker's home may; where that is no disk of its own, we must look.
+
+    Paths too long to look into and folders that cannot be listed count as more.
+    """
+    files, size, waiting = 0, 0, [home]
+    while waiting:
+        try:
+            with os.scandir(waiting.pop()) as entries:
+                for entry in entries:
+                    files += 1
+                    if files > FILES or size > DISK:
+                        return True
+                    if entry.is_dir(follow_symlinks=False):
+                        waiting.append(entry.path)
+                    else:
+                        size += entry.stat(follow_symlinks=False).st_blocks * 512
+        except FileNotFoundError:
+            continue
+        except OSError:
+            return True
+    return size > DISK
 
 
 def threads_of(user: int) -> int:

@@ -16,7 +16,6 @@ import json
 import os
 import random
 import secrets
-import shutil
 import signal
 import socket
 import subprocess
@@ -24,7 +23,7 @@ import sys
 import tempfile
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -32,7 +31,7 @@ from typing import Any
 import numpy as np
 
 import muslin
-from muslin import paths
+from muslin import paths, scratch
 from muslin.errors import MuslinError
 from muslin.grading import wire
 from muslin.grading.record import Safety
@@ -52,19 +51,6 @@ _FIRST_USER, _LAST_USER, _USERS = 61_200, 65_000, 60
 #: Whether the kernel's filters are used; tests switch them off, to be on an older system.
 FILTERS = True
 
-#: Whether a defence is given, of the level and what the kernel does besides ("filtered", "hidden").
-_DEFENCES: Mapping[str, Callable[[str, bool, bool], bool]] = {
-    "deadlines from outside": lambda level, filtered, hidden: True,
-    "memory and file size limits": lambda level, filtered, hidden: True,
-    "left-over processes killed": lambda level, filtered, hidden: True,
-    "process limit": lambda level, filtered, hidden: level != "process" or filtered,
-    "own user": lambda level, filtered, hidden: level != "process",
-    "own process space": lambda level, filtered, hidden: level == "namespace",
-    "no other processes or programs": lambda level, filtered, hidden: filtered,
-    "solution and hidden data out of sight": lambda level, filtered, hidden: hidden,
-    "no network": lambda level, filtered, hidden: level == "namespace" or filtered,
-}
-
 
 class Crashed(Exception):
     """The worker has ended: `status` is its exit code, or minus the signal that killed it."""
@@ -77,9 +63,9 @@ class Crashed(Exception):
 class Worker:
     """One process with one part of a submission. Ask it; it answers with plain data and raw arrays."""
 
-    def __init__(self, sandbox: Sandbox, covered: Sequence[Path], debug: bool):
+    def __init__(self, sandbox: Sandbox, covered: Sequence[Path], debug: bool, probe: str = ""):
         self._sandbox = sandbox
-        self._wish = {"covered": [str(path) for path in covered], "debug": debug}
+        self._wish = {"covered": [str(path) for path in covered], "debug": debug, "probe": probe}
         self._load: tuple[Mapping[str, Any], Mapping[str, np.ndarray]] | None = None
         self._output = bytearray()
         self._seen = 0
@@ -190,6 +176,11 @@ class Worker:
             self._channel.close()
             self._reader.join(timeout=5)
 
+    @property
+    def outlived(self) -> bool:
+        """Whether something it has started lives on: it still holds what the worker printed to."""
+        return self.status is not None and self._reader.is_alive()
+
 
 def _shortened(value: Any) -> Any:
     """A header without long text; an honest worker sends none."""
@@ -233,12 +224,11 @@ class Sandbox:
         self._closed = self._one_has_ended = False
 
     def __enter__(self) -> Sandbox:
-        reasons = []
+        reasons: list[str] = []
         for level in LEVELS if self.asked == "auto" else (self.asked,):
             self.level = level
             try:
-                first = self.worker()  # to see that it works, and how well
-                first.close()
+                self.safety = self._measured(level, reasons)
                 break
             except (OSError, _NotGiven) as error:
                 self._stop()
@@ -248,14 +238,26 @@ class Sandbox:
                 f"No worker can be kept apart here ({'; '.join(reasons)}).",
                 "Try --safety process, or run muslin doctor.",
             )
-        filtered, exposed = bool(first.about["filtered"]), first.about["exposed"]
-        self.safety = Safety(
-            level,
-            self.asked,
-            {name: given(level, filtered, not exposed) for name, given in _DEFENCES.items()},
-            (*(f"Not available here: {reason}" for reason in reasons), *self._exposed(exposed)),
-        )
         return self
+
+    def _measured(self, level: str, reasons: Sequence[str]) -> Safety:
+        """What a first worker finds out about its walls, and what becomes of it when it is ended."""
+        name = f"muslin-probe-{secrets.token_hex(8)}"
+        with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
+            if sys.platform.startswith("linux"):
+                listener.bind(f"\0{name}")
+            first = Worker(self, (), False, probe=name)
+            first.close()
+        exposed = first.about["exposed"]
+        defences = {
+            "deadlines from outside": first.status == -signal.SIGKILL,
+            "left-over processes killed": not first.outlived,
+            "own user": first.about["user"] != os.getuid(),
+            "solution and hidden data out of sight": not exposed,
+            **first.about["holds"],
+        }
+        notes = (*(f"Not available here: {reason}" for reason in reasons), *self._exposed(exposed))
+        return Safety(level, self.asked, defences, notes)
 
     def _exposed(self, found: Sequence[str]) -> Iterator[str]:
         """What the worker could read and should not, for the record."""
@@ -316,7 +318,8 @@ class _Nursery:
         package = Path(muslin.__file__).resolve().parent
         self._lock = threading.Lock()
         self._users = _claim_users() if root and level != "process" else None
-        self._scratch = tempfile.mkdtemp(prefix="muslin-grading-")
+        self._folder = scratch.Scratch(scratch.GRADING)
+        self._scratch = self._folder.path
         os.chmod(self._scratch, 0o711)  # each worker's own folder inside is its own user's
         self._errors = tempfile.TemporaryFile(dir=self._scratch)  # noqa: SIM115
         libraries = _libraries()
@@ -337,7 +340,7 @@ class _Nursery:
             f"from muslin.grading.worker import nursery; nursery({theirs.fileno()})"
         )
         self._process = subprocess.Popen(
-            [sys.executable, "-I", "-c", code],
+            [sys.executable, "-I", "-B", "-c", code],
             env=_ENVIRONMENT | {"HOME": self._scratch, "TMPDIR": self._scratch},
             cwd="/",
             stdin=subprocess.DEVNULL,
@@ -353,7 +356,7 @@ class _Nursery:
             self.stop()
             raise
         if level == "namespace":  # it has a root of its own by now, and if we were killed this would stay
-            shutil.rmtree(self._scratch, ignore_errors=True)
+            self._folder.close()
 
     def request(self, what: Mapping[str, Any], descriptors: Sequence[int] = ()) -> dict[str, Any]:
         """Ask the nursery; what it answers."""
@@ -403,7 +406,7 @@ class _Nursery:
         self._errors.close()
         if self._users:
             self._users[1].close()
-        shutil.rmtree(self._scratch, ignore_errors=True)
+        self._folder.close()
 
 
 class _NotGiven(MuslinError):

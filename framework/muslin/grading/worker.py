@@ -12,7 +12,7 @@ import contextlib
 import ctypes
 import json
 import os
-import shutil
+import select
 import signal
 import socket
 import sys
@@ -22,7 +22,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from muslin.grading import isolation
+from muslin import scratch
+from muslin.grading import filters, isolation, probe
+
+#: How often the homes that lie on a shared disk are looked at [s].
+WATCHED = 0.5
 
 #: Longest error text a worker sends [characters].
 LONGEST_MESSAGE = 4000
@@ -50,6 +54,8 @@ def nursery(control_number: int) -> None:
         _import_everything()
         control.sendall(b'{"ready": true}\n')
         while True:
+            if config["level"] != "namespace":
+                _watch(control, workers)
             data, descriptors, _, _ = socket.recv_fds(control, 1 << 16, 2)
             if not data:
                 break
@@ -68,7 +74,7 @@ def nursery(control_number: int) -> None:
                 _end(workers.pop(number), config["level"], [other.pid for other in workers.values()])
         isolation.kill_orphans(spared=())
         if config["level"] != "namespace":
-            shutil.rmtree(config["scratch"], ignore_errors=True)
+            scratch.remove(config["scratch"])
 
 
 @dataclass(frozen=True)
@@ -90,6 +96,15 @@ def _line(control: socket.socket) -> bytes:
     return data
 
 
+def _watch(control: socket.socket, workers: dict[int, _Child]) -> None:
+    """Wait for a request; meanwhile, kill workers that fill the disk."""
+    while not select.select([control], [], [], WATCHED if workers else None)[0]:
+        for child in workers.values():
+            if isolation.overflows(child.home):
+                with contextlib.suppress(OSError):
+                    os.kill(child.pid, signal.SIGKILL)
+
+
 def _spawn(
     request: dict[str, Any], config: dict[str, Any], descriptors: list[int], taken: int, own_users: bool
 ) -> _Child:
@@ -107,7 +122,7 @@ def _spawn(
             os.setsid()
             if level == "namespace":
                 isolation.furnish(request["covered"], own_users)
-            isolation.confine(user, isolation.PROCESSES + (taken if user is None else 0))
+            isolation.confine(user, isolation.PROCESSES if user else isolation.SHARED_PROCESSES + taken)
             _worker(channel, printed, home, request, config)
         except BaseException as error:
             os.write(2, f"{type(error).__name__}: {error}\n".encode())
@@ -130,7 +145,7 @@ def _end(child: _Child, level: str, others: list[int]) -> int:
         isolation.empty_user(child.user)
     isolation.kill_orphans(spared=others)
     if level != "namespace":
-        shutil.rmtree(child.home, ignore_errors=True)
+        scratch.remove(child.home)
     return os.waitstatus_to_exitcode(status)
 
 
@@ -159,16 +174,22 @@ def _worker(
     os.environ.update(HOME=home, TMPDIR=home, TI_OFFLINE_CACHE_FILE_PATH=f"{home}/kernels")
     tempfile.tempdir = home
     signal.signal(signal.SIGINT, signal.SIG_IGN)
-    hidden = [*config["hidden"], *request["covered"]]
-    if config["filters"] and config["level"] != "namespace":
-        isolation.keep_to(config["view"], hidden, home)
-    about = {
-        "filtered": config["filters"] and isolation.forbid(),
-        "exposed": [path for path in config["hidden"] if _can_read(path)],
-    }
-    del hidden
+    if listener := request.get("probe"):
+        probe.leave_a_process()
+    about: dict[str, Any] = {}
+    if config["filters"]:
+        if config["level"] == "namespace":
+            filters.keep_to_itself()
+        else:
+            filters.keep_to(config["view"], [*config["hidden"], *request["covered"]], home)
+        filters.forbid()
+    if listener:
+        about["holds"] = probe.measure(channel, home, listener)
+        about["user"] = os.getuid()
+        about["exposed"] = [path for path in config["hidden"] if _can_read(path)]
+    bounded = config["filters"]
     config.clear()
-    serve(channel, Path(home), bool(request.get("debug")), about)
+    serve(channel, Path(home), bool(request.get("debug")), about, bounded)
 
 
 def _can_read(path: str) -> bool:
@@ -182,7 +203,9 @@ def _can_read(path: str) -> bool:
         return False
 
 
-def serve(channel: socket.socket, home: Path, debug: bool, about: dict[str, Any]) -> None:
+def serve(
+    channel: socket.socket, home: Path, debug: bool, about: dict[str, Any], bounded: bool = True
+) -> None:
     """Say what it is `about`, then answer requests until the grader closes the channel.
 
     "load" takes the manifest and the task files as bytes and tells what is wrong with each task's function;
@@ -213,6 +236,8 @@ def serve(channel: socket.socket, home: Path, debug: bool, about: dict[str, Any]
                     (home / name).write_bytes(data.tobytes())
                 table = tasks.read_assignment(home)
                 reset = _start(debug)
+                if bounded:
+                    filters.forbid_threads()
                 functions = tasks.load(home, table)
                 failures = {
                     task: _failure(tasks.failure_of(functions[task]))
