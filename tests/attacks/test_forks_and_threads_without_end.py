@@ -35,6 +35,6 @@ def test_bombs_do_not_go_off(attack, level):
     made, threads = map(
         int, re.findall(r"MADE (\d+) processes and (\d+)", record["sphere_contact"].output)[0]
     )
-    needs(record, "process limit")
+    needs(record, "process and thread limit")
     assert made < 100
     assert threads < 1000

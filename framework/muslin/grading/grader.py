@@ -323,7 +323,7 @@ def _crash(status: int) -> str:
     means = {
         "SIGSEGV": "a segmentation fault: it reads or writes where it may not, such as outside an array",
         "SIGABRT": "Taichi gave up",
-        "SIGKILL": "it was killed: out of memory, or killed by itself",
+        "SIGKILL": "it was killed: out of memory, too many files, or by itself",
         "SIGXFSZ": "it wrote too large a file",
     }.get(name, name)
     return f"It crashed ({means})."
