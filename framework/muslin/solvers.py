@@ -18,7 +18,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from muslin import cholmod, ordering, runtime
+from muslin import cholmod, multifrontal, ordering, runtime
 from muslin.elements.layout import Layout, pointers
 from muslin.errors import MuslinError, SimulationError
 
@@ -30,6 +30,9 @@ SINGLE = 1e-5
 
 #: Free vertices from which on two threads factorise the two halves of a cloth.
 HALVES = 700
+
+#: Largest piece of a cloth that is a front of its own, uncut [vertices].
+FRONT = 5
 
 
 class Solver(Protocol):
@@ -101,6 +104,54 @@ def pivoted(matrix: sp.csc_matrix) -> Any:
         raise SimulationError(
             "The system matrix is singular.", "Reduce dt, or leave the projection of the Hessian on."
         ) from None
+
+
+class Multifrontal:
+    """Cholesky factorisation by dense fronts, in kernels of our own: see `muslin.multifrontal`."""
+
+    def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
+        from muslin.elements.fronts import factorisation
+        from muslin.elements.launch import Launch
+
+        n = graph.shape[0]
+        nodes, children = ordering.dissection(graph, points, np.arange(n), FRONT)
+        order = np.concatenate(nodes)
+        permuted = graph[order][:, order].tocsr()
+        permuted.sort_indices()
+        self.plan, row, col = multifrontal.plan(
+            permuted, [len(node) for node in nodes], children, n >= HALVES
+        )
+        self._order, self._place = order, np.argsort(order)
+        start = 9 * np.arange(len(row), dtype=np.int32)
+        self.layout = Layout(order[row], order[col], start, np.full(len(row), 3, np.int32), 9 * len(row))
+        self.data = np.zeros(self.layout.size)
+        self._y, self._bad = np.zeros(3 * self.plan.positions), np.zeros(1, np.int32)
+        self._b = self._y[: 3 * n].reshape(n, 3)
+        factor = np.zeros(self.plan.numbers)
+        with runtime.shared_out():
+            kernel = factorisation(len(self.plan.tasks) == 3)
+            arrays = (self.data, factor, self._y, self._bad)
+            self._launch = Launch(kernel, *self.plan.arguments(), *arrays)
+
+    def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Factorise and solve; by pivoted LU if the matrix is not positive definite."""
+        np.take(b, self._order, axis=0, out=self._b, mode="clip")
+        self._bad[0] = 0
+        with runtime.shared_out():  # the first time it compiles
+            self._launch()
+        if self._bad[0]:
+            return pivoted(self._full()).solve(b.ravel()).reshape(-1, 3)
+        return self._b.take(self._place, axis=0)
+
+    def _full(self) -> sp.csc_matrix:
+        """The whole matrix, in the order of the vertices."""
+        blocks, row, col = self.data.reshape(-1, 3, 3), self.layout.row, self.layout.col
+        off = row != col
+        blocks = np.concatenate([blocks, blocks[off].transpose(0, 2, 1)])
+        row, col = np.append(row, col[off]), np.append(col, row[off])
+        order = np.lexsort((col, row))
+        indptr = pointers(row, len(self._order))
+        return sp.bsr_matrix((blocks[order], col[order], indptr)).tocsc()
 
 
 class _Triangle:
@@ -335,6 +386,7 @@ class ConjugateGradients:
 SOLVERS: Mapping[str, Callable[[sp.csr_matrix, np.ndarray, bool, float], Solver]] = {
     "cholmod": Cholmod,
     "superlu": SuperLU,
+    "multifrontal": Multifrontal,
     "cg": ConjugateGradients,
 }
 
