@@ -71,10 +71,10 @@ def test_a_missing_libx11_is_answered_with_the_command_that_installs_it(tmp_path
     )
     assert done.returncode == 1
     assert "Traceback" not in done.stdout + done.stderr
-    (line,) = [s for s in done.stdout.splitlines() if s.startswith("MEND") and "Taichi" in s]
+    (line,) = [s for s in done.stdout.splitlines() if s.startswith("FIX") and "Taichi" in s]
     assert "apt-get install -y libx11-6" in line
     assert "dnf install -y libX11" in line
-    assert "To mend before Muslin works fully: " in done.stdout
+    assert "To fix before Muslin works fully: " in done.stdout
 
 
 @pytest.mark.skipif(sys.platform != "linux", reason="libX11 matters on Linux alone")
@@ -223,4 +223,4 @@ def test_only_what_is_essential_decides(capsys):
     assert "pip it" in printed
     assert "\x1b" not in printed
     assert not report([*good, Finding("libX11", False, "missing", "apt it")])
-    assert "To mend before Muslin works fully: libX11." in capsys.readouterr().out
+    assert "To fix before Muslin works fully: libX11." in capsys.readouterr().out

@@ -62,7 +62,7 @@ class Finding:
     advice: str = ""
 
     def __str__(self) -> str:
-        mark = {True: "ok", False: "MEND", None: "-"}[self.ok]
+        mark = {True: "ok", False: "FIX", None: "-"}[self.ok]
         advice = f"  -> {self.advice}" if self.advice and self.ok is not True else ""
         return f"{mark:4}  {self.what:18}  {self.detail}{advice}"
 
@@ -92,12 +92,16 @@ def examine() -> list[Finding]:
     return findings
 
 
-def report(findings: Iterable[Finding]) -> bool:
-    """Print the findings, one line each, in colour on a terminal.
+def report(
+    findings: Iterable[Finding], say: Callable[[str, str], None] = lambda line, _: print(line)
+) -> bool:
+    """Tell the findings, one line each.
 
     Parameters
     ----------
     findings : iterable of Finding
+    say : callable
+        Prints a line in an ANSI style, where there are colours.
 
     Returns
     -------
@@ -105,30 +109,14 @@ def report(findings: Iterable[Finding]) -> bool:
         True if nothing essential is missing.
     """
     findings = list(findings)
-    say = _printer()
     for finding in findings:
-        say(str(finding), {True: "green", False: "bold red", None: "dim"}[finding.ok])
+        say(str(finding), {True: "32", False: "1;31", None: "2"}[finding.ok])
     missing = [f.what for f in findings if f.ok is False]
     if missing:
-        say(f"\nTo mend before Muslin works fully: {', '.join(missing)}.", "bold red")
+        say(f"\nTo fix before Muslin works fully: {', '.join(missing)}.", "1;31")
     else:
-        say("\nMuslin has everything it needs here.", "green")
+        say("\nMuslin has everything it needs here.", "32")
     return not missing
-
-
-def _printer() -> Callable[[str, str], None]:
-    try:
-        if sys.stdout.isatty():
-            from rich.console import Console
-
-            console = Console()
-            return lambda line, style: console.print(
-                line, style=style, markup=False, highlight=False, soft_wrap=True
-            )
-    except Exception:  # no rich, no matter
-        pass
-    encoding = getattr(sys.stdout, "encoding", None) or "ascii"
-    return lambda line, _: print(line.encode(encoding, "replace").decode(encoding))
 
 
 # --- Python and the system ----------------------------------------------------------------------------------
@@ -442,9 +430,13 @@ def _ending(status: int, errors: bytes) -> str:
 
 def _kernel_cache(told: str | None) -> Finding:
     given = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")
-    home = os.environ.get("XDG_CACHE_HOME") or os.path.join(os.path.expanduser("~"), ".cache")
-    folder = Path(given or told or os.path.join(home, "taichi", "ticache"))
+    folder = Path(given or told or paths.cache("taichi", "ticache"))
     reason = _refuses(folder)
+    if reason is None and paths.is_private(folder):
+        return Finding(
+            "kernel cache", None, f"{folder}, since there is no home that can be written",
+            "Kernels are compiled again once the temporary folder is emptied; set HOME or XDG_CACHE_HOME.",
+        )  # fmt: skip
     return Finding(
         "kernel cache",
         True if reason is None else None,
@@ -654,7 +646,7 @@ def _one_line(error: object) -> str:
     return text if len(text) <= 300 else f"{text[:297]}..."
 
 
-# In the order a person should mend them.
+# In the order a person should see to them.
 _CHECKS: tuple[tuple[str, Callable[[], Finding | list[Finding]]], ...] = (
     ("Python", python),
     ("system", system),

@@ -6,9 +6,12 @@ next. The command line prints it without a traceback and exits non-zero.
 
 from __future__ import annotations
 
+import errno
+import os
+
 
 class MuslinError(Exception):
-    """Something a person can mend.
+    """Something a person can put right.
 
     Parameters
     ----------
@@ -38,3 +41,39 @@ class StudentCodeError(MuslinError):
 
 class SimulationError(MuslinError):
     """A simulation that cannot start or has blown up."""
+
+
+#: What to do about what the system refuses, by the number of its error.
+_NEXT = {
+    errno.ENOSPC: "Make room, or write to another disk; then the same command again.",
+    errno.EACCES: "Choose a place of your own.",
+    errno.EPERM: "Choose a place of your own.",
+    errno.EROFS: "Choose a place that can be written.",
+    errno.ENOTDIR: "A part of that path is a file: choose another.",
+    errno.EEXIST: "Choose another name.",
+    errno.ENAMETOOLONG: "Choose a shorter name.",
+    errno.EMFILE: "Close other programs, or raise the limit: ulimit -n 1024",
+}
+if hasattr(errno, "EDQUOT"):
+    _NEXT[errno.EDQUOT] = "Make room within your quota; then the same command again."
+
+
+def of_system(error: OSError) -> MuslinError:
+    """What the system refused, for people: a full disk, a folder that is not theirs, a path below a file."""
+    try:
+        os.getcwd()
+    except OSError:
+        return MuslinError("The folder you are in is there no longer.", "Go to another one: cd")
+    what = error.strerror or str(error) or type(error).__name__
+    if error.errno == errno.ENOSPC:
+        what = "No space left" + (f" for {error.filename}" if error.filename else "")
+    elif error.errno == errno.EEXIST and os.path.isfile(error.filename or ""):
+        what = f"{_name(error.filename)} is a file, not a folder"
+    elif error.filename is not None:
+        names = [os.fspath(name) for name in (error.filename, error.filename2) if name is not None]
+        what = f"{' and '.join(map(_name, names))}: {what}"
+    return MuslinError(f"{what}.", _NEXT.get(error.errno or 0, ""))
+
+
+def _name(name: str | bytes | int) -> str:
+    return os.fsdecode(name) if isinstance(name, (str, bytes)) else f"descriptor {name}"

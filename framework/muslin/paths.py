@@ -14,6 +14,7 @@ from muslin.errors import MuslinError
 _PACKAGE = Path(__file__).resolve().parent
 _REPOSITORY = _PACKAGE.parent.parent
 _SHIPPED = _PACKAGE / "_shipped"
+_PRIVATE = "muslin-cache-"
 
 
 def in_repository() -> bool:
@@ -128,6 +129,11 @@ def _cache_home(below: tuple[str, ...]) -> Path:
     return next((home for home in usual if can_write(home.joinpath(*below))), None) or _private_folder()
 
 
+def is_private(folder: Path) -> bool:
+    """Whether a folder is below the temporary one that stands in for a home."""
+    return any(above.name.startswith(_PRIVATE) for above in folder.parents)
+
+
 @functools.cache
 def _private_folder() -> Path:
     """A folder in the temporary one that no other user can read, write or have put there."""
@@ -137,14 +143,14 @@ def _private_folder() -> Path:
 
     user = os.getuid() if hasattr(os, "getuid") else os.getpid()
     try:
-        folder = Path(tempfile.gettempdir()) / f"muslin-cache-{user}"
+        folder = Path(tempfile.gettempdir()) / f"{_PRIVATE}{user}"
         try:
             folder.mkdir(mode=0o700)
         except FileExistsError:
             found = folder.lstat()
             mine = not hasattr(os, "getuid") or (found.st_uid == user and not found.st_mode & 0o077)
             if not (stat.S_ISDIR(found.st_mode) and mine):  # somebody else's: take one nobody can guess
-                folder = Path(tempfile.mkdtemp(prefix="muslin-cache-"))
+                folder = Path(tempfile.mkdtemp(prefix=_PRIVATE))
                 atexit.register(shutil.rmtree, folder, ignore_errors=True)
         return folder
     except OSError:  # nowhere at all

@@ -235,7 +235,10 @@ def _writing(folder: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        raise MuslinError(f"Cannot write to {paths.shown(folder)}: {error.strerror or error}.") from None
+        raise MuslinError(
+            f"Cannot write to {paths.shown(folder)}: {error.strerror or error}.",
+            "Name another place with --out.",
+        ) from None
 
 
 def _clear(folder: Path) -> None:

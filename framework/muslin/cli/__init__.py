@@ -1,6 +1,7 @@
 """The command line: `muslin COMMAND`. Each command is a thin face of one function elsewhere.
 
 - `app`         the command itself, what all commands share, `main`
+- `console`     the terminal: width, colours, letters it lacks, progress
 - `student`     start, check, watch, list, hint, reset, run, explain, gradcheck, submit, upgrade
 - `simulating`  simulate, scenes, render, export, demo, doctor
 - `viewing`     view

@@ -2,19 +2,21 @@
 
 from __future__ import annotations
 
+import contextlib
+import io
 import os
 import sys
-import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 from enum import Enum
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
+from typer.core import TyperGroup
 
 from muslin import __version__
-from muslin.errors import MuslinError
+from muslin.cli import console
+from muslin.cli.console import say
+from muslin.errors import MuslinError, of_system
 
 if TYPE_CHECKING:
     from muslin.tasks import Assignment
@@ -22,8 +24,22 @@ if TYPE_CHECKING:
 # The threads of NumPy's BLAS have nothing to do here, and spin: a fifth of a second of CPU time in every command.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
+
+class Group(TyperGroup):
+    """Commands, each with the whole of its first sentence."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write the list of commands, broken between words."""
+        commands = [(name, self.get_command(ctx, name)) for name in self.list_commands(ctx)]
+        with formatter.section("Commands"):
+            formatter.write_dl(
+                [(n, c.get_short_help_str(limit=1000)) for n, c in commands if c and not c.hidden]
+            )
+
+
 app = typer.Typer(
-    help="Muslin: learn cloth animation by filling in the finite-element functions of a working simulator.",
+    cls=Group,
+    help="Muslin: learn cloth animation by filling in the finite element functions of a working simulator.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -31,6 +47,9 @@ app = typer.Typer(
 )
 
 INTERRUPTED = 130
+
+#: Click's own exception, which typer does not name.
+_MISUSE: Any = typer.BadParameter.__mro__[2]
 
 Functions = Annotated[
     Path | None,
@@ -55,7 +74,7 @@ class Quality(str, Enum):
 
 def _version(wanted: bool) -> None:
     if wanted:
-        typer.echo(f"muslin {__version__}")
+        say(f"muslin {__version__}")
         raise typer.Exit
 
 
@@ -66,41 +85,6 @@ def _main(
     ] = False,
 ) -> None:
     """Muslin's commands."""
-
-
-@contextmanager
-def progress(title: str) -> Iterator[Callable[[int, int], None]]:
-    """Progress bar with time left, on a terminal; now and then a line elsewhere."""
-    if sys.stderr.isatty():
-        from rich.console import Console
-        from rich.progress import (
-            BarColumn,
-            MofNCompleteColumn,
-            Progress,
-            TextColumn,
-            TimeElapsedColumn,
-            TimeRemainingColumn,
-        )
-
-        columns = (
-            TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(),
-            TimeElapsedColumn(), TextColumn("left"), TimeRemainingColumn(),
-        )  # fmt: skip
-        with Progress(*columns, console=Console(stderr=True)) as bar:
-            task = bar.add_task(title, total=None)
-            yield lambda done, total: bar.update(task, completed=done, total=total)
-        return
-    began = said = time.monotonic()
-
-    def line(done: int, total: int) -> None:
-        nonlocal said
-        now = time.monotonic()
-        if now - said > 5:
-            said = now
-            left = (now - began) / done * (total - done)
-            print(f"{title}: {done}/{total}, {left:.0f} s left", file=sys.stderr, flush=True)
-
-    yield line
 
 
 def chosen_tasks(words: list[str] | None, assignment: Assignment) -> list[str]:
@@ -127,30 +111,60 @@ def print_verdicts(verdicts: list[Any]) -> None:
     width = max(len(verdict.task) for verdict in verdicts)
     for verdict in verdicts:
         first, *more = verdict.message.split("\n")
-        typer.echo(f"  {'ok  ' if verdict.ok else 'FAIL'} {verdict.task:{width}}  {first}")
+        say(f"  {'ok  ' if verdict.ok else 'FAIL'} {verdict.task:{width}}  {first}")
         for line in more:
-            typer.echo(f"         {line}")
-    typer.echo(f"{sum(v.ok for v in verdicts)} of {len(verdicts)} tasks agree with the reference data.")
+            say(f"         {line}")
+    say(f"{sum(v.ok for v in verdicts)} of {len(verdicts)} tasks agree with the reference data.")
 
 
 def main() -> None:
     """Run the command line: what goes wrong becomes one message and a non-zero exit."""
+    console.prepare()
     try:
-        app()
+        code = app(standalone_mode=False)
+        if sys.stdout is not None:
+            sys.stdout.flush()
     except MuslinError as error:
-        print(f"muslin: {error}", file=sys.stderr)
-        sys.exit(1)
-    except KeyboardInterrupt:
-        print("muslin: stopped.", file=sys.stderr)
-        sys.exit(INTERRUPTED)
+        code = _told(str(error), 1)
+    except (KeyboardInterrupt, typer.Abort):
+        code = _told("stopped.", INTERRUPTED)
     except BrokenPipeError:
         os._exit(1)  # the reader of our output has gone; nothing is left to say
+    except _MISUSE as error:
+        code = _misused(error)
+    except OSError as error:
+        if os.environ.get("MUSLIN_DEBUG"):
+            raise
+        code = _told(str(of_system(error)), 1)
     except Exception as error:
         if os.environ.get("MUSLIN_DEBUG"):
             raise
-        print(
-            f"muslin: an error in Muslin itself, not in your files: {type(error).__name__}: {error}. "
+        code = _told(
+            f"an error in Muslin itself, not in your files: {type(error).__name__}: {error}. "
             "Set MUSLIN_DEBUG=1 to see where, and please report it.",
-            file=sys.stderr,
+            70,
         )
-        sys.exit(70)
+    if code:
+        sys.exit(code)
+
+
+def _told(what: str, code: int) -> int:
+    """Say what went wrong, even where standard output or standard error cannot be written; gives the exit code."""
+    for stream in (sys.stdout, sys.stderr):
+        try:
+            if stream is not None:
+                stream.flush()
+        except OSError:  # full or closed: what it still holds would be tried again at exit
+            os.dup2(os.open(os.devnull, os.O_WRONLY), stream.fileno())
+    with contextlib.suppress(OSError):
+        say(f"muslin: {what}", err=True)
+    return code
+
+
+def _misused(error: Any) -> int:
+    """Say how a command is called that was called otherwise."""
+    words = io.StringIO()
+    error.show(file=words)
+    with contextlib.suppress(OSError):
+        say(words.getvalue().rstrip("\n"), err=True)
+    return int(error.exit_code)

@@ -9,11 +9,14 @@ from typing import Annotated, Any
 import typer
 
 from muslin import paths
-from muslin.cli.app import Out, app
+from muslin.cli.app import Group, Out, app
+from muslin.cli.console import say
 
-new_app = typer.Typer(help="Begin a new assignment or a new task, that works at once.", no_args_is_help=True)
+new_app = typer.Typer(
+    cls=Group, help="Begin a new assignment or a new task, that works at once.", no_args_is_help=True
+)
 app.add_typer(new_app, name="new")
-reference_app = typer.Typer(help="Reference data: verify or build them.", no_args_is_help=True)
+reference_app = typer.Typer(cls=Group, help="Reference data: verify or build them.", no_args_is_help=True)
 app.add_typer(reference_app, name="reference")
 
 
@@ -45,8 +48,8 @@ def new_task(
 
 def _begun(assignment: str, written: list[Path]) -> None:
     for path in written:
-        typer.echo(f"Wrote {paths.shown(path)}.")
-    typer.echo(f"It works already. What is still to be written: muslin lint {assignment}")
+        say(f"Wrote {paths.shown(path)}.")
+    say(f"It works already. What is still to be written: muslin lint {assignment}")
 
 
 @app.command()
@@ -68,12 +71,12 @@ def lint(
     for name in [assignment] if assignment else every:
         found = linting.lint(name, thorough)
         for finding in found:
-            typer.echo(str(finding))
+            say(str(finding))
         if not found:
-            typer.echo(f"{name}: nothing to mend.")
+            say(f"{name}: nothing to mend.")
         findings += found
     if findings:
-        typer.echo(f"{len(findings)} to mend.")
+        say(f"{len(findings)} to mend.")
     if findings or not (assignment or every):
         raise typer.Exit(1)
 
@@ -92,13 +95,13 @@ def release(
     if check:
         findings = releasing.out_of_step(assignment)
         for finding in findings:
-            typer.echo(finding)
+            say(finding)
         if findings:
             raise typer.Exit(1)
-        typer.echo(f"{paths.shown(paths.assignment(assignment))} is in step with its solution.")
+        say(f"{paths.shown(paths.assignment(assignment))} is in step with its solution.")
     else:
         written = releasing.release(assignment, out)
-        typer.echo(f"Wrote {len(written)} files to {paths.shown(out or paths.assignment(assignment))}.")
+        say(f"Wrote {len(written)} files to {paths.shown(out or paths.assignment(assignment))}.")
 
 
 class Platform(str, Enum):
@@ -124,9 +127,9 @@ def pack(
 
     written = packs.pack(platform.value, assignment, hidden, out)
     for path in written:
-        typer.echo(f"Wrote {paths.shown(path)}.")
+        say(f"Wrote {paths.shown(path)}.")
     if hidden:
-        typer.echo("It holds your hidden data: give it to nobody but the platform.")
+        say("It holds your hidden data: give it to nobody but the platform.")
 
 
 @reference_app.command("verify")
@@ -139,10 +142,10 @@ def reference_verify(
 
     report = reference_data.verify(assignment, folder)
     for problem in report.problems:
-        typer.echo(problem)
+        say(problem)
     if not report.ok:
         raise typer.Exit(1)
-    typer.echo("The reference data are what their seed and the energy say.")
+    say("The reference data are what their seed and the energy say.")
 
 
 @reference_app.command("build")
@@ -165,9 +168,9 @@ def reference_build(
     if cases is not None:
         options["cases"] = cases
     folder = reference_data.build(assignment, out, **options)
-    typer.echo(f"Wrote {paths.shown(folder)}.")
+    say(f"Wrote {paths.shown(folder)}.")
     if hidden:
-        typer.echo(
+        say(
             "Only you can read it. Keep it out of what students get, and grade with: "
             f"muslin grade SUBMISSION --hidden {paths.shown(folder)}"
         )

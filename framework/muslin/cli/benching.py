@@ -9,6 +9,7 @@ import typer
 
 from muslin import paths
 from muslin.cli.app import app
+from muslin.cli.console import say
 
 
 @app.command()
@@ -31,18 +32,18 @@ def bench(
         now = records.Record.load(read)
     else:
         plan = benchmark.TINY if tiny else benchmark.QUICK if quick else benchmark.FULL
-        now = benchmark.measure(plan, typer.echo)
+        now = benchmark.measure(plan, say)
     if out:
         now.save(out)
-        typer.echo(f"Ratios in {paths.shown(out)}.")
+        say(f"Ratios in {paths.shown(out)}.")
     if recorded is None:
         return
     regressions, left_out = records.compare(now, recorded)
     for name in left_out:
-        typer.echo(f"not compared: {name}")
+        say(f"not compared: {name}")
     for regression in regressions:
-        typer.echo(f"REGRESSED {regression}")
+        say(f"REGRESSED {regression}")
     compared = len(recorded.ratios) - len(left_out)
-    typer.echo(f"{len(regressions)} of {compared} ratios regressed by more than 20 %.")
+    say(f"{len(regressions)} of {compared} ratios regressed by more than 20 %.")
     if regressions or not compared:
         raise typer.Exit(1)

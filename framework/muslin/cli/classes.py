@@ -8,11 +8,12 @@ from typing import Annotated
 import typer
 
 from muslin import paths
-from muslin.cli.app import INTERRUPTED, app, progress
+from muslin.cli.app import INTERRUPTED, Group, app
+from muslin.cli.console import progress, say
 from muslin.cli.grading import Safety
 from muslin.errors import MuslinError
 
-class_app = typer.Typer(help="A whole class: grade it and report on it.", no_args_is_help=True)
+class_app = typer.Typer(cls=Group, help="A whole class: grade it and report on it.", no_args_is_help=True)
 app.add_typer(class_app, name="class")
 
 
@@ -59,7 +60,7 @@ def class_grade(
 
     def found(total: int, taken: int) -> None:
         graded = f", {taken} of them graded already" if taken else ""
-        typer.echo(f"{total} submission{'s' * (total != 1)}{graded}.", err=True)
+        say(f"{total} submission{'s' * (total != 1)}{graded}.", err=True)
 
     try:
         with progress("grading") as tick:
@@ -68,11 +69,9 @@ def class_grade(
                 seed=seed, safety=safety.value, deadline=deadline, on_find=found, on_progress=tick,
             )  # fmt: skip
     except KeyboardInterrupt:
-        typer.echo("Stopped; every result so far is kept. The same command goes on from here.", err=True)
+        say("Stopped; every result so far is kept. The same command goes on from here.", err=True)
         raise typer.Exit(INTERRUPTED) from None
     for note in graded.notes:
-        typer.echo(f"note: passed over {note}", err=True)
-    typer.echo(graded.told())
-    typer.echo(
-        f"Wrote {paths.shown(graded.folder / 'grades.csv')} and {paths.shown(graded.folder / 'index.html')}."
-    )
+        say(f"note: passed over {note}", err=True)
+    say(graded.told())
+    say(f"Wrote {paths.shown(graded.folder / 'grades.csv')} and {paths.shown(graded.folder / 'index.html')}.")

@@ -10,7 +10,8 @@ from typing import Annotated
 import typer
 
 from muslin import paths
-from muslin.cli.app import app, progress
+from muslin.cli.app import app
+from muslin.cli.console import coloured, progress, say, say_raw
 from muslin.errors import MuslinError
 
 
@@ -51,7 +52,11 @@ def grade(
     safety: Annotated[Safety, typer.Option(help="How the submission is kept apart.")] = Safety.auto,
     formats: Annotated[
         list[Format] | None,
-        typer.Option("--format", help="Report format; with --out it may be repeated."),
+        typer.Option(
+            "--format",
+            metavar="FORMAT",
+            help=f"Report format: {', '.join(format.value for format in Format)}. With --out it may be repeated.",
+        ),
     ] = None,
     out: Annotated[
         Path | None,
@@ -72,6 +77,8 @@ def grade(
         raise MuslinError("Several formats need a folder to go to.", "Add --out DIR.")
     if out is not None and out.exists() and not out.is_dir():
         raise MuslinError(f"{paths.shown(out)} is not a folder.", "Name a folder with --out.")
+    if out is not None:
+        out.mkdir(parents=True, exist_ok=True)  # what cannot be written is said before the work
     with progress("grading") as tick:
         record = graded(
             submission, assignment, hidden=hidden, seed=seed, safety=safety.value, deadline=deadline,
@@ -80,9 +87,11 @@ def grade(
     chosen = [format.value for format in formats or ()]
     if out is None:
         name = chosen[0] if chosen else "terminal"
-        options = {"colour": sys.stdout.isatty()} if name == "terminal" else {}
-        typer.echo(views.render(record, name, **options).rstrip("\n"))
+        if name == "terminal":
+            say(views.render(record, name, colour=coloured(sys.stdout)).rstrip("\n"))
+        else:
+            say_raw(views.render(record, name).rstrip("\n"))
         return
-    typer.echo(views.render(record, "terminal", colour=sys.stdout.isatty()))
+    say(views.render(record, "terminal", colour=coloured(sys.stdout)))
     written = [views.write(record, name, out) for name in chosen or ("json", "html")]
-    typer.echo(f"Wrote {', '.join(paths.shown(path) for path in written)}.")
+    say(f"Wrote {', '.join(paths.shown(path) for path in written)}.")

@@ -9,7 +9,8 @@ from typing import Annotated, Any
 import typer
 
 from muslin import paths
-from muslin.cli.app import INTERRUPTED, Functions, Out, Quality, Setting, app, print_verdicts, progress
+from muslin.cli.app import INTERRUPTED, Functions, Out, Quality, Setting, app, print_verdicts
+from muslin.cli.console import progress, say
 from muslin.errors import MuslinError
 
 
@@ -44,7 +45,7 @@ def simulate(
     from muslin import runtime, simulation
 
     if notice := runtime.choose(arch, precision):
-        typer.echo(f"note: {notice}", err=True)
+        say(f"note: {notice}", err=True)
     folder = out or Path("runs") / scene
     with progress(f"simulating {scene}") as tick:
         run = simulation.simulate(
@@ -52,19 +53,19 @@ def simulate(
             display=display, out=folder, resume=resume, on_step=tick, **_settings(setting),
         )  # fmt: skip
     for notice in run.mesh.notices:
-        typer.echo(f"note: {notice}", err=True)
+        say(f"note: {notice}", err=True)
     last = run.energies[-1]
     if run.interrupted:
-        typer.echo(
+        say(
             f"Stopped at step {last.step} of {run.scene.steps}; {paths.shown(folder)} is usable. "
             f"Go on with: muslin simulate {scene} --out {paths.shown(folder)} --resume"
         )
         raise typer.Exit(INTERRUPTED)
-    typer.echo(
+    say(
         f"{run.scene.title}: {len(run.x)} vertices, {last.step} steps to t = {last.time:.3f} s. "
         f"Energies [J]: kinetic {last.kinetic:.4g}, elastic {last.elastic:.4g}, gravity {last.gravity:.4g}."
     )
-    typer.echo(f"Run in {paths.shown(folder)}. Look at it with: muslin render {paths.shown(folder)}")
+    say(f"Run in {paths.shown(folder)}. Look at it with: muslin render {paths.shown(folder)}")
 
 
 @app.command()
@@ -74,9 +75,9 @@ def scenes() -> None:
 
     for name in known.SCENES:
         scene = known.get(name)
-        typer.echo(f"{name:10} {scene.title}")
+        say(f"{name:10} {scene.title}")
         changed = ", ".join(f"{k}={_plain(v)}" for k, v in scene.parameters().items() if v is not None)
-        typer.echo(f"           {changed}\n")
+        say(f"           {changed}\n")
 
 
 @app.command()
@@ -101,7 +102,7 @@ def render(
             run, out, None if to == "none" else to, still, tick,
             size=_size(size), quality=quality.value, strain=strain, wireframe=wireframe,
         )  # fmt: skip
-    typer.echo(f"Wrote {show.shown(written)}.")
+    say(f"Wrote {show.shown(written)}.")
 
 
 @app.command()
@@ -116,7 +117,7 @@ def export(
     from muslin import show
 
     written = show.export_run(run, to, out)
-    typer.echo(
+    say(
         f"Wrote {len(written)} file{'s' * (len(written) > 1)}: {show.shown(written[:3])}{', ...' * (len(written) > 3)}"
     )
 
@@ -129,7 +130,7 @@ def demo(
     """Drape a cloth over a sphere, film it, and check every task against the reference data."""
     from muslin import demo as show_off
 
-    show_off.run(out, quality.value, progress, typer.echo, print_verdicts)
+    show_off.run(out, quality.value, progress, say, print_verdicts)
 
 
 @app.command()
@@ -137,7 +138,7 @@ def doctor() -> None:
     """Examine this machine: what Muslin needs, and what to do where it is missing."""
     from muslin import doctor as examiner
 
-    if not examiner.report(examiner.examine()):
+    if not examiner.report(examiner.examine(), lambda line, style: say(line, style=style)):
         raise typer.Exit(1)
 
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from muslin import paths
-from muslin.cli.app import INTERRUPTED, Quality, Setting, app, chosen_tasks, progress
+from muslin.cli.app import INTERRUPTED, Quality, Setting, app, chosen_tasks
+from muslin.cli.console import progress, say
 from muslin.errors import MuslinError
+
+if TYPE_CHECKING:
+    from muslin.student.workspace import Workspace
 
 Functions = Annotated[
     Path | None, typer.Option("--functions", help="Folder with the task files. Default: this workspace.")
@@ -34,17 +38,17 @@ def start(
     made = workspace.find(folder)
     first = next(iter(made.table.tasks.values()))
     here = folder.resolve() == Path.cwd()
-    typer.echo(f"{made.table.title}: {len(made.table.tasks)} functions, in {paths.shown(folder)}.")
-    typer.echo("")
+    say(f"{made.table.title}: {len(made.table.tasks)} functions, in {paths.shown(folder)}.")
+    say("")
     steps = [
         *([] if here else [(f"cd {paths.shown(folder)}", "go there")]),
         ("muslin list", "what there is to do"),
         ("muslin watch", "check whenever you save a file"),
     ]
     for command, meaning in steps:
-        typer.echo(f"  {command:24}  {meaning}")
-    typer.echo("")
-    typer.echo(f"Read README.md, then write the first function: {first.name}, at {made.place(first.name)}.")
+        say(f"  {command:24}  {meaning}")
+    say("")
+    say(f"Read README.md, then write the first function: {first.name}, at {made.place(first.name)}.")
 
 
 @app.command()
@@ -62,14 +66,14 @@ def check(tasks: Tasks = None, functions: Functions = None) -> None:
     with checking.Checker() as checker:
         for report in checker.check(workspace, names):
             green += report.status == checking.GREEN
-            typer.echo("\n".join(checking.told(workspace, report, width)))
-    typer.echo(f"{green} of {len(names)} tasks agree with the reference data.")
-    if note := _news(workspace):
-        typer.echo(note)
+            say("\n".join(checking.told(workspace, report, width)))
+    say(f"{green} of {len(names)} tasks agree with the reference data.")
+    for note in _news(workspace):
+        say(note)
     if workspace.started and green == len(names):
         following = standing.open_task(standing.standings(workspace), names[-1])
         if following is not None:
-            typer.echo(f"Next: {following.task.name}, at {workspace.place(following.task.name)}")
+            say(f"Next: {following.task.name}, at {workspace.place(following.task.name)}")
     if green < len(names):
         raise typer.Exit(1)
 
@@ -81,12 +85,12 @@ def list_(folder: Here = None) -> None:
     from muslin.student.workspace import find
 
     workspace = find(folder)
-    typer.echo("\n".join(standing.listed(workspace)))
+    say("\n".join(standing.listed(workspace)))
     following = standing.open_task(standing.standings(workspace))
     if following is not None:
-        typer.echo(f"Next: {following.task.name}, at {workspace.place(following.task.name)}")
-    if note := _news(workspace):
-        typer.echo(note)
+        say(f"Next: {following.task.name}, at {workspace.place(following.task.name)}")
+    for note in _news(workspace):
+        say(note)
 
 
 @app.command()
@@ -100,7 +104,7 @@ def hint(
     from muslin.student.workspace import find
 
     workspace = find(functions)
-    typer.echo("\n".join(hints.shown(workspace, _one(workspace, task), level)))
+    say("\n".join(hints.shown(workspace, _one(workspace, task), level)))
 
 
 @app.command()
@@ -112,15 +116,13 @@ def reset(
     from muslin.student import resetting
     from muslin.student.workspace import find
 
-    typer.echo(resetting.reset(find(functions), task))
+    say(resetting.reset(find(functions), task))
 
 
-def _one(workspace: object, task: str | None) -> str:
+def _one(workspace: Workspace, task: str | None) -> str:
     """One task: the one named, or the next open one."""
     from muslin.student import progress as standing
-    from muslin.student.workspace import Workspace
 
-    assert isinstance(workspace, Workspace)
     if task is None:
         following = standing.open_task(standing.standings(workspace))
         return following.task.name if following else next(iter(workspace.table.tasks))
@@ -130,17 +132,15 @@ def _one(workspace: object, task: str | None) -> str:
     return found[0]
 
 
-def _news(workspace: object) -> str:
-    """Says so if a newer version of the assignment is there than the workspace has."""
-    from muslin.student.workspace import Workspace
-
-    assert isinstance(workspace, Workspace)
-    if not workspace.started or workspace.version == workspace.table.version:
-        return ""
-    return (
-        f"{workspace.table.name} {workspace.table.version} is out, this workspace has {workspace.version}: "
-        "muslin upgrade brings what is new; what you wrote stays."
-    )
+def _news(workspace: Workspace) -> list[str]:
+    """What else to know: a newer version of the assignment is there, or nothing could be remembered."""
+    news = [f"note: {why}" for why in workspace.forgotten]
+    if workspace.started and workspace.version != workspace.table.version:
+        news.append(
+            f"{workspace.table.name} {workspace.table.version} is out, this workspace has {workspace.version}: "
+            "muslin upgrade brings what is new; what you wrote stays."
+        )
+    return news
 
 
 @app.command()
@@ -168,7 +168,7 @@ def run(
 
     scenes.get(scene, **_settings(setting))  # what is misspelt is said before anything else
     picture = _size(size)
-    cast = running.cast(workspace, typer.echo)
+    cast = running.cast(workspace, say)
     folder = out or workspace.folder / "runs" / scene
     with progress(f"simulating {scene}") as tick:
         result = running.simulate(
@@ -181,9 +181,9 @@ def run(
             display=running.mesh(display),
             **_settings(setting),
         )
-    typer.echo("\n".join(running.told(cast, result.uses)))
+    say("\n".join(running.told(cast, result.uses)))
     last = result.energies[-1]
-    typer.echo(
+    say(
         f"{last.time:.2f} s in {last.step} steps. "
         f"Energies [J]: kinetic {last.kinetic:.4g}, elastic {last.elastic:.4g}, gravity {last.gravity:.4g}."
     )
@@ -200,7 +200,7 @@ def run(
             size=picture,
             strain=strain,
         )
-    typer.echo(f"Wrote {show.shown(written)}.")
+    say(f"Wrote {show.shown(written)}.")
     if result.interrupted:
         raise typer.Exit(INTERRUPTED)
 
@@ -216,20 +216,18 @@ def submit(
 
     workspace = find(folder)
     packed = submitting.pack(workspace, out)
-    typer.echo(
-        f"Packed {len(packed.files)} of {len(workspace.table.files)} files. Checking what is in the zip ..."
-    )
+    say(f"Packed {len(packed.files)} of {len(workspace.table.files)} files. Checking what is in the zip ...")
     reports = list(submitting.examined(workspace, packed))
     width = max(map(len, workspace.table.tasks))
     for report in reports:
-        typer.echo("\n".join(checking.told(workspace, report, width, brief=True)))
+        say("\n".join(checking.told(workspace, report, width, brief=True)))
     green = [workspace.table.tasks[r.task] for r in reports if r.status == checking.GREEN]
     points, total = (sum(t.points for t in tasks) for tasks in (green, workspace.table.tasks.values()))
-    typer.echo(f"{len(green)} of {len(workspace.table.tasks)} tasks agree with the public cases: "
+    say(f"{len(green)} of {len(workspace.table.tasks)} tasks agree with the public cases: "
                f"{points} of {total} points, if the hidden cases agree too.")  # fmt: skip
     for fault in packed.faults:
-        typer.echo(f"Attention: {fault}.")
-    typer.echo(f"Hand in {paths.shown(packed.path)}.")
+        say(f"Attention: {fault}.")
+    say(f"Hand in {paths.shown(packed.path)}.")
 
 
 @app.command()
@@ -241,7 +239,7 @@ def watch(
     from muslin.student import watching
     from muslin.student.workspace import find
 
-    watching.watch(find(folder), typer.echo, scene)
+    watching.watch(find(folder), say, scene)
 
 
 @app.command()
@@ -254,7 +252,7 @@ def upgrade(
     from muslin.student.workspace import find
 
     done = upgrading.upgrade(find(folder), really=not dry_run)
-    typer.echo("\n".join(upgrading.told(done, really=not dry_run)))
+    say("\n".join(upgrading.told(done, really=not dry_run)))
 
 
 @app.command()
@@ -274,8 +272,8 @@ def explain(
         for line in worker.ask(
             explaining.steps, workspace.folder, workspace.table.name, name, case, deadline=60
         ):
-            typer.echo(line)
-    typer.echo(f"\nThe handout: {workspace.chapter(name)}")
+            say(line)
+    say(f"\nThe handout: {workspace.chapter(name)}")
 
 
 @app.command()
@@ -307,10 +305,10 @@ def gradcheck(
             if isinstance(found, tuple):
                 name, why = found
                 wrong |= bool(asked)
-                typer.echo(f"---- {name}: {why.splitlines()[0]}")
+                say(f"---- {name}: {why.splitlines()[0]}")
                 continue
             wrong |= not found.right
-            typer.echo("\n".join(v_curves.told(found)))
-            typer.echo(f"     {paths.shown(v_curves.plot(found, folder / f'{found.task}.png'))}")
+            say("\n".join(v_curves.told(found)))
+            say(f"     {paths.shown(v_curves.plot(found, folder / f'{found.task}.png'))}")
     if wrong:
         raise typer.Exit(1)

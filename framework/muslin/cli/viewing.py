@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from muslin.cli.app import Functions, Setting, app
+from muslin.cli.console import say
 from muslin.cli.simulating import _settings
 
 
@@ -42,4 +43,4 @@ def view(
 
 
 def _say(line: str) -> None:
-    typer.echo(line)
+    say(line)

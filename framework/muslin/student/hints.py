@@ -29,11 +29,11 @@ def shown(workspace: Workspace, task: str, level: int | None = None) -> list[str
     last = workspace.memory()["hints"].get(task, 0)
     again = level is None and last >= len(hints)
     level = min(last + 1, len(hints)) if level is None else level
-    workspace.remember("hints", task, max(last, level))
+    kept = workspace.remember("hints", task, max(last, level))
     chosen = range(1, len(hints) + 1) if again else [level]
     lines = [f"{task}, hint {k} of {len(hints)}: {hints[k - 1]}" for k in chosen]
     more = f"Still stuck? {workspace.chapter(task)} derives it."
     if level < len(hints):
-        following = f"muslin hint {task}" + ("" if workspace.started else f" --level {level + 1}")
+        following = f"muslin hint {task}" + ("" if kept else f" --level {level + 1}")
         more = f"The next one says more: {following}"
     return [*lines, more]

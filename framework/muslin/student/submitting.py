@@ -61,7 +61,9 @@ def pack(workspace: Workspace, out: Path | None = None) -> Packed:
                 archive.writestr(zipfile.ZipInfo(file, (2000, 1, 1, 0, 0, 0)), content)
         beside.replace(path)
     except OSError as error:
-        raise MuslinError(f"{paths.shown(path)} cannot be written: {error.strerror}.") from None
+        raise MuslinError(
+            f"{paths.shown(path)} cannot be written: {error.strerror}.", "Name another place with --out."
+        ) from None
     handed = collect(path, workspace.table)
     wrong = [file for file, content in contents.items() if handed.files.get(file) != content]
     faults = [f"{file}: {why}" for file, why in handed.refused.items()]

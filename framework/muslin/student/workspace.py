@@ -14,7 +14,7 @@ import os
 import sys
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -30,12 +30,15 @@ HANDOUT = "README.md"
 class Workspace:
     """A folder with task files, and the assignment they answer.
 
-    `started` says whether `muslin start` made it, so that things can be remembered in it.
+    `started` says whether `muslin start` made it, so that things can be remembered in it; `forgotten` says why
+    that could not be, and `aside` holds it meanwhile.
     """
 
     folder: Path
     table: Assignment
     started: bool
+    forgotten: list[str] = field(default_factory=list, compare=False)
+    aside: dict[str, Any] = field(default_factory=dict, compare=False)
 
     @property
     def hidden(self) -> Path:
@@ -64,16 +67,20 @@ class Workspace:
 
     def memory(self) -> dict[str, Any]:
         """Verdicts, hints shown: {"verdicts": {task: ...}, "hints": {task: level}}."""
-        state = _json(self.hidden / "state.json")
-        return {"verdicts": {}, "hints": {}, **state}
+        return {"verdicts": {}, "hints": {}, **_json(self.hidden / "state.json"), **self.aside}
 
-    def remember(self, kind: str, task: str, what: Any) -> None:
-        """Keep something about a task; nothing happens in a folder that was not started."""
+    def remember(self, kind: str, task: str, what: Any) -> bool:
+        """Keep something about a task; whether it could be: not in a folder that was not started or is read-only."""
         if not self.started:
-            return
+            return False
         state = self.memory()
         state[kind] = {**state[kind], task: what}
-        source.write(self.hidden / "state.json", json.dumps(state, indent=1) + "\n")
+        try:
+            source.write(self.hidden / "state.json", json.dumps(state, indent=1) + "\n")
+        except MuslinError as error:  # what was asked for is more than the memory of it
+            self.forgotten[:] = [f"What was found is forgotten again: {error}"]
+            self.aside.update(state)
+        return not self.forgotten
 
     def back_up(self, *files: Path, label: str = "") -> Path:
         """Keep copies of files as they are now; returns the folder they are in."""
