@@ -521,7 +521,7 @@ def test_one_number_that_is_not_finite_breaks_every_property(right, task, number
 
 
 #: What the seed "one" draws, on every machine; another draw anywhere in properties.py changes it.
-DRAWN = "1c863da7452787026ea973130ee420e6b43ccc9a40d5794cb9adb6a6eeebce65"
+DRAWN = "23930e6123b7b8ae8ccab09b46e479c0fe7198f555cd10aacea302e0ca0d07a5"
 
 
 def digest(seed):

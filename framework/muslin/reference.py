@@ -250,21 +250,26 @@ def check(
     return verdicts
 
 
+def shown(values: Mapping[str, Any]) -> list[str]:
+    """Values by name, in lines, as a student would write them."""
+    return [line for name, value in values.items() for line in _block(name, value)]
+
+
 def _inputs(task: tasks.Task, inputs: Mapping[str, np.ndarray], case: int) -> list[str]:
     """The inputs of a case, by name, in lines."""
-    return [line for value in task.arguments for line in _block(value.name, inputs[value.name][case])]
+    return shown({value.name: inputs[value.name][case] for value in task.arguments})
 
 
 def _block(label: str, value: np.ndarray) -> list[str]:
     """`label = value` in lines, a matrix row by row, as a student would write it."""
-    rows = [_shown(row) for row in value] if np.ndim(value) == 2 else [_shown(value)]
+    rows = [_text(row) for row in value] if np.ndim(value) == 2 else [_text(value)]
     if len(rows) > 1:
         rows = [f"[{rows[0]},", *(f" {row}," for row in rows[1:-1]), f" {rows[-1]}]"]
     head = f"{label:8} = "
     return [head + rows[0], *(" " * len(head) + row for row in rows[1:])]
 
 
-def _shown(value: np.ndarray) -> str:
+def _text(value: np.ndarray) -> str:
     """A number or a row of numbers, to six digits."""
     if np.asarray(value).dtype.kind == "i":
         return json.dumps(np.asarray(value).tolist())

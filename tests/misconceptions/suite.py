@@ -13,6 +13,7 @@ from __future__ import annotations
 import ast
 import itertools
 import re
+import textwrap
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -75,6 +76,13 @@ def generated(task: tasks.Task) -> list[Variant]:
         Variant(task.name, "nan", "wrong", "nan", f"{head}{_filled(kinds, 'ti.math.nan')}\n", True),
         Variant(task.name, "wrong-shape", "wrong", "", f"{head}{_filled(wrong, '0.0')}\n", True),
     ]
+
+
+def function(task: tasks.Task, name: str, body: str, verdict: str = "") -> Variant:
+    """A variant of a task from the body of its function alone."""
+    head = f"@ti.func\ndef {task.name}({', '.join(value.name for value in task.arguments)}):\n"
+    inside = textwrap.indent(textwrap.dedent(body).strip("\n"), "    ").rstrip()
+    return Variant(task.name, name, verdict, "", f"{head}{inside}\n")
 
 
 def _filled(kinds: list[str], number: str) -> str:

@@ -53,7 +53,7 @@ def start(
 
 @app.command()
 def check(tasks: Tasks = None, functions: Functions = None) -> None:
-    """Check functions against the public cases: what is wrong, the likely mistake, the next step."""
+    """Check functions on public cases and for what must always hold: what is wrong, the likely mistake, a next step."""
     from muslin.student import checking
     from muslin.student import progress as standing
     from muslin.student.workspace import find
@@ -62,12 +62,13 @@ def check(tasks: Tasks = None, functions: Functions = None) -> None:
     chosen = chosen_tasks(tasks, workspace.table)
     names = chosen or list(workspace.table.tasks)
     width = max(map(len, names))
-    green = 0
+    reports = []
     with checking.Checker() as checker:
         for report in checker.check(workspace, names):
-            green += report.status == checking.GREEN
+            reports.append(report)
             say("\n".join(checking.told(workspace, report, width)))
-    say(f"{green} of {len(names)} tasks agree with the reference data.")
+    green = sum(report.status == checking.GREEN for report in reports)
+    say(checking.summary(workspace, reports))
     for note in _news(workspace):
         say(note)
     if workspace.started and green == len(names):
@@ -223,7 +224,7 @@ def submit(
         say("\n".join(checking.told(workspace, report, width, brief=True)))
     green = [workspace.table.tasks[r.task] for r in reports if r.status == checking.GREEN]
     points, total = (sum(t.points for t in tasks) for tasks in (green, workspace.table.tasks.values()))
-    say(f"{len(green)} of {len(workspace.table.tasks)} tasks agree with the public cases: "
+    say(f"{len(green)} of {len(workspace.table.tasks)} tasks are green: "
                f"{points} of {total} points, if the hidden cases agree too.")  # fmt: skip
     for fault in packed.faults:
         say(f"Attention: {fault}.")

@@ -47,14 +47,14 @@ class Private:
 
     def inputs(self) -> dict[str, np.ndarray]:
         """All of it as one batch."""
-        parts = [self.hidden, *(inputs for _, inputs in self.properties)]
-        return {name: np.concatenate([part[name] for part in parts]) for name in self.hidden}
+        return properties.batch(self._parts())
 
     def split(self, results: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, ...]]:
         """Results of `inputs`, taken apart again."""
-        counts = [_count(self.hidden), *(_count(inputs) for _, inputs in self.properties)]
-        ends = np.cumsum(counts)
-        return [tuple(r[a:b] for r in results) for a, b in zip([0, *ends[:-1]], ends, strict=True)]
+        return properties.apart(results, self._parts())
+
+    def _parts(self) -> list[Arrays]:
+        return [self.hidden, *(inputs for _, inputs in self.properties)]
 
 
 def _count(inputs: Arrays) -> int:

@@ -7,7 +7,7 @@ worker process only, or in a simulation of functions that have passed: what cras
 - `workspace`  make one, find one, what is remembered in it
 - `source`     the anatomy of a student's file: which lines are whose
 - `worker`     a process that may crash
-- `checking`   a task against the public cases: report, likely mistake, next step
+- `checking`   a task against the public cases and its properties: report, likely mistake, next step
 - `progress`   where every task stands
 - `watching`   check on save
 - `upgrading`  a newer release, merged around what the student wrote

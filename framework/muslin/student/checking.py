@@ -1,6 +1,7 @@
-"""A task against the public cases: what came, the most likely mistake, and the next step.
+"""A task against the public cases and the properties: what came, the most likely mistake, and the next step.
 
-`check` runs in the command's process and asks a worker, where `examine` runs the student's code.
+What is green here gets full points from the grader, but for hidden cases. `check` runs in the command's process and
+asks a worker, where `examine` runs the student's code.
 """
 
 from __future__ import annotations
@@ -16,6 +17,12 @@ from muslin.student.worker import Crashed, Worker
 from muslin.student.workspace import Workspace
 
 GREEN, WRONG, TODO, ERROR = "green", "wrong", "to do", "error"
+
+#: What the inputs of the properties are drawn from; the grader draws once, from a seed of its own.
+SEEDS = ("check 0", "check 1", "check 2", "check 3")
+
+#: What comes when every task is green.
+NEXT = "muslin run drape shows your cloth move; muslin submit packs it to hand in."
 
 #: Notes shown at most.
 MOST_NOTES = 3
@@ -78,17 +85,59 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
             message = str(error)
             yield Report(name, ERROR, message, notes=_notes(folder, table.tasks[name], message))
             continue
-        verdict = reference.compare(table.tasks[name], got, expected, inputs)
-        if verdict.ok:
-            yield Report(name, GREEN, verdict.message, verdict.case)
-            continue
-        from muslin.grading.diagnosis import diagnose
-
         outputs = got if isinstance(got, tuple) else (got,)
-        found = diagnose(table.tasks[name], outputs, expected, inputs, assignment)
-        seen = _notes(folder, table.tasks[name])
-        report = Report(name, WRONG, verdict.message, verdict.case, notes=seen)
-        yield replace(report, mistake=found.mistake, advice=found.advice) if found else report
+        report = _compared(table, name, outputs, inputs, expected)
+        if report.status == GREEN:
+            report = _held(table, name, loaded[file][name]) or report
+        if report.status != GREEN:
+            report = replace(report, notes=_notes(folder, table.tasks[name]))
+        yield report
+
+
+def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any) -> Report:
+    """The public cases."""
+    from muslin import reference
+
+    verdict = reference.compare(table.tasks[name], outputs, expected, inputs)
+    if verdict.ok:
+        return Report(name, GREEN, verdict.message, verdict.case)
+    from muslin.grading.diagnosis import diagnose
+
+    found = diagnose(table.tasks[name], outputs, expected, inputs, table.name)
+    mistake, advice = (found.mistake, found.advice) if found else ("", "")
+    return Report(name, WRONG, verdict.message, verdict.case, mistake, advice)
+
+
+def _held(table: Any, name: str, function: Any) -> Report | None:
+    """What must hold for all inputs, tried on some that are no public cases; the first that does not hold."""
+    from muslin.batch import evaluate
+    from muslin.grading import properties
+    from muslin.reference import shown
+
+    task = table.tasks[name]
+    drawn = [pair for seed in SEEDS for pair in properties.draw(table.name, name, seed)]
+    if not drawn:
+        return None
+    arguments: dict[str, Any] = properties.batch([inputs for _, inputs in drawn])
+    try:
+        got = evaluate(function, **arguments)
+    except MuslinError as error:
+        return Report(name, ERROR, str(error))
+    outputs = properties.apart(got if isinstance(got, tuple) else (got,), [inputs for _, inputs in drawn])
+    for (prop, inputs), results in zip(drawn, outputs, strict=True):
+        errors = properties.errors(prop, inputs, results)
+        if errors.max(initial=0.0) > prop.tolerance:
+            sample = int(errors.argmax())  # of groups of samples: the first of the group
+            lines = shown({value.name: inputs[value.name][sample] for value in task.arguments})
+            lines += shown(
+                {value.name: out[sample] for value, out in zip(task.results, results, strict=True)}
+            )
+            message = "\n".join([f"the public cases agree, but not all inputs do ({prop.name})", *lines])
+            advice = "Work these inputs by hand: the grader tries others of their kind."
+            return Report(
+                name, WRONG, message, mistake=f"This must hold, and does not: {prop.statement}", advice=advice
+            )
+    return None
 
 
 def _notes(folder: Path, task: Any, message: str = "") -> tuple[str, ...]:
@@ -180,6 +229,15 @@ class Checker:
         except MuslinError:
             pass
         return told
+
+
+def summary(workspace: Workspace, reports: list[Report]) -> str:
+    """How many are green; where everything is, what comes next."""
+    green = sum(report.status == GREEN for report in reports)
+    line = f"{green} of {len(reports)} tasks agree with the reference data."
+    if green < len(workspace.table.tasks):
+        return line
+    return f"{line} Everything is green.\nNext: {NEXT}"
 
 
 def told(workspace: Workspace, report: Report, width: int = 0, brief: bool = False) -> list[str]:

@@ -39,7 +39,7 @@ class Watch:
 
     def __init__(self, workspace: Workspace, say: Callable[[str], Any], scene: str = "drape"):
         self.workspace, self.say, self.scene = workspace, say, scene
-        self.checker = checking.Checker(ready=("muslin.grading.diagnosis",))
+        self.checker = checking.Checker(ready=("muslin.grading.diagnosis", "muslin.grading.properties"))
         self.texts: dict[str, str] = {}
         self.keys: dict[str, str] = {}
         self.stamps: dict[str, tuple[int, int] | None] = {}
@@ -134,7 +134,7 @@ class Watch:
             self.current = first.task.name
         self.say(progress.bar(found) + note)
         if self.current is None:
-            self.say("Everything is green. r runs your cloth; muslin submit packs it.")
+            self.say(f"Everything is green. Next: r runs your cloth, or {checking.NEXT}")
             return
         entry = self.workspace.table.tasks[self.current]
         self.say(
