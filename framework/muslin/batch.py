@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin import runtime
+from muslin import engine, runtime
 from muslin.complaints import explained
 from muslin.errors import MuslinError, StudentCodeError
 from muslin.source import remember
@@ -210,7 +210,7 @@ def _describe(shape: tuple[int, ...]) -> str:
 
 def array_types() -> dict[str, Any]:
     """Taichi's annotation of a batch of each kind in `KINDS`."""
-    ti = runtime.taichi()
+    ti = engine.load()
     types = {}
     for kind, (shape, is_int) in KINDS.items():
         scalar = ti.i32 if is_int else runtime.real()

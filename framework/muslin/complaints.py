@@ -6,13 +6,13 @@ last line of *their* file, the expression in it, what is wrong, and, for common 
 
 from __future__ import annotations
 
-import functools
 import inspect
 import re
 from collections.abc import Callable
 from typing import Any
 
 from muslin import paths
+from muslin.engine import inside
 from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
 
 #: Pattern in "offending source line, newline, message" -> what to do. The first that matches is given.
@@ -115,10 +115,10 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
         found = found.__cause__ or found.__context__
     name = getattr(function, "__name__", "function")
     source = inspect.getsourcefile(inspect.unwrap(function)) or ""
-    text = re.sub(r" \(version \d+\)(?=\")", "", str(error).strip())
+    text = re.sub(r" \(version \d+\)(?=\")", "", inside.said(str(error)).strip())
     source = re.sub(r" \(version \d+\)$", "", source)
     where, snippet = _last_place(text, source)
-    if (outside := re.search(rf"-?\d+ is {OUT_OF_RANGE} .*", text)) is not None:
+    if (outside := re.search(rf"-?\d+ is {inside.OUT_OF_RANGE} .*", text)) is not None:
         return StudentCodeError(f"{where}: {name} reads or writes out of range: {outside[0].rstrip('.')}.")
     message = _message(text)
     if "NotImplementedError" in snippet:
@@ -161,50 +161,3 @@ def _message(text: str) -> str:
     last = re.sub(r"'?\[Tensor \((\d+), (\d+)\) \w+\]'?", r"a \1x\2 matrix", last)
     last = re.sub(r"'?\[Tensor \((\d+)\) \w+\]'?", r"a vector of \1", last)
     return last.replace("module 'taichi.lang.matrix_ops'", "a vector or matrix").rstrip(".?") + "."
-
-
-def refuse_bad_indices(ti: Any, debug: bool = False) -> None:
-    """Make Taichi name an index that is out of range.
-
-    Its compiler does not look: it reads a neighbour, or aborts the whole process. Constant indices are checked
-    while a function compiles; with `debug` the others are checked while it runs, and kept inside the range so
-    that it lives to tell. Called once, when Taichi starts.
-    """
-    impl, ops = ti.lang.impl, ti.lang.ops
-    original = getattr(impl.subscript, "original", impl.subscript)
-
-    @functools.wraps(original)
-    def subscript(builder: Any, value: Any, *indices: Any, **options: Any) -> Any:
-        shape, what = _extent(ti, value)
-        kept = list(indices)
-        for k, (index, size) in enumerate(zip(indices, shape, strict=False)):
-            if isinstance(index, int):
-                if not 0 <= index < size:
-                    raise IndexError(f"{index} is not an index of {what}: they run from 0 to {size - 1}")
-            elif debug and isinstance(index, ti.lang.expr.Expr) and not index.is_tensor():
-                inside = ops.logical_and(index >= 0, index < size)
-                message = f"%d is {OUT_OF_RANGE} {what}"
-                place = ti._lib.core.DebugInfo(impl.get_runtime().get_current_src_info())
-                impl.ti_assert(inside, message, [index.ptr], place)
-                kept[k] = ops.max(ops.min(index, size - 1), 0)
-        return original(builder, value, *kept, **options)
-
-    subscript.original = original  # type: ignore[attr-defined]
-    impl.subscript = subscript
-
-
-#: How an index that was found out of range while a kernel runs is told.
-OUT_OF_RANGE = "not an index of"
-
-
-def _extent(ti: Any, value: Any) -> tuple[tuple[int, ...], str]:
-    """Shape of what is indexed, where it is known, and its name."""
-    if isinstance(value, ti.lang.expr.Expr) and value.is_tensor():
-        shape = tuple(value.get_shape())
-        return shape, f"a vector of {shape[0]}" if len(shape) == 1 else f"a {shape[0]}x{shape[1]} matrix"
-    from taichi.lang.field import Field
-
-    if isinstance(value, Field) and value.snode is not None:
-        shape = tuple(value.shape)
-        return shape, f"a field of {'x'.join(map(str, shape))}"
-    return (), ""

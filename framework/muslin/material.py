@@ -4,8 +4,7 @@ The linearised energy is the student's (`strain_energy.py`). The area and the vo
 live here with the same three functions; `ENERGIES` names them.
 """
 
-import taichi as ti
-
+from muslin.engine import ti
 from muslin.errors import MuslinError
 
 

@@ -1,5 +1,5 @@
-"""Taichi, started once, the way Muslin needs it: double precision on the CPU unless chosen otherwise, no fast maths,
-quiet.
+"""The engine, started once, the way Muslin needs it: double precision on the CPU unless chosen otherwise, no fast
+maths, quiet.
 
 Nothing else in Muslin calls `ti.init`. A student's file must not either: a second `ti.init` destroys every
 field and kernel already made, so `muslin.load` refuses files that try.
@@ -8,7 +8,6 @@ field and kernel already made, so `muslin.load` refuses files that try.
 from __future__ import annotations
 
 import contextlib
-import functools
 import io
 import os
 import sys
@@ -16,15 +15,16 @@ import threading
 import warnings
 from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import ModuleType, SimpleNamespace
+from types import ModuleType
 from typing import Any
 
 import numpy as np
 
-from muslin import complaints
+from muslin import engine
+from muslin.engine import inside
 from muslin.errors import MuslinError
 
-#: Taichi's own passes that LLVM repeats behind it: without them kernels compile in two thirds of the time, run as
+#: The engine's own passes that LLVM repeats behind it: without them kernels compile in two thirds of the time, run as
 #: fast, and give the same bits.
 _COMPILING = {"opt_level": 0, "cfg_optimization": False}
 
@@ -60,9 +60,9 @@ def choose(arch: str = "cpu", precision: str | None = None) -> str:
         if value not in known:
             raise MuslinError(f"There is no {what} {value!r}.", f"There is: {', '.join(known)}.")
     notice = ""
-    ti = taichi()
+    ti = engine.load()
     ti.set_logging_level(ti.CRITICAL)
-    if arch != "cpu" and not ti.lang.misc.is_arch_supported(getattr(ti, arch)):
+    if arch != "cpu" and not inside.runs_on(arch):
         arch, notice = "cpu", f"There is no {_NAMES[arch]} here: running on the CPU."
     if arch == "metal":
         if precision == "f64":
@@ -82,8 +82,8 @@ _NAMES = {"cuda": "CUDA", "vulkan": "Vulkan", "metal": "Metal"}
 
 
 def real() -> Any:
-    """Taichi's type of the numbers kernels compute in: f64, or f32 if chosen."""
-    return getattr(taichi(), _chosen["precision"])
+    """The engine's type of the numbers kernels compute in: f64, or f32 if chosen."""
+    return getattr(engine.load(), _chosen["precision"])
 
 
 def plain() -> bool:
@@ -101,33 +101,10 @@ def on_cpu() -> bool:
     return _chosen["arch"] == "cpu"
 
 
-def taichi() -> ModuleType:
-    """Import Taichi without its banner, or say exactly what the system lacks.
-
-    Raises
-    ------
-    MuslinError
-        If Taichi is not installed, has no wheel for this system, or cannot find libX11.
-    """
-    try:
-        import taichi as ti
-    except ImportError as error:
-        if "libX11" in str(error):
-            raise MuslinError(
-                "Taichi cannot start because the system library libX11.so.6 is missing.",
-                "Install it, on Debian or Ubuntu with: apt-get install -y libx11-6",
-            ) from None
-        raise MuslinError(
-            f"Taichi cannot be imported ({error}).",
-            "Wheels exist for Python 3.10-3.13 on Linux x86-64, macOS arm64 and Windows. Run: muslin doctor",
-        ) from None
-    return ti
-
-
 def start(threads: int | None = None, debug: bool = False) -> ModuleType:
-    """Start Taichi if it is not running as Muslin needs it; otherwise do nothing.
+    """Start the engine if it is not running as Muslin needs it; otherwise do nothing.
 
-    If somebody else has called `ti.init` in the meantime, Taichi is started anew: what they made is lost, and
+    If somebody else has called `ti.init` in the meantime, it is started again: what they made is lost, and
     a warning says so.
 
     Parameters
@@ -140,33 +117,35 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
     Returns
     -------
     module
-        The `taichi` module, started.
+        The engine, started.
 
     Raises
     ------
     MuslinError
-        If Taichi already runs with another number of threads, or in the parent of this forked process.
+        If it already runs with another number of threads, or in the parent of this forked process.
     """
-    ti = taichi()
+    ti, title = engine.load(), engine.chosen().title
     with _lock:
-        program = ti.lang.impl.get_runtime().prog
+        program = inside.program()
         if program is not None and program is _started.get("program"):
             if _started["process"] != os.getpid():
                 raise MuslinError(
-                    "Taichi was started before this process was forked, and does not survive that.",
+                    f"{title} was started before this process was forked, and does not survive that.",
                     'Start processes with multiprocessing.get_context("spawn").',
                 )
             if threads and threads != _started["threads"]:
                 raise MuslinError(
-                    f"Taichi already runs with {_started['threads']} threads and cannot change to {threads}.",
+                    f"{title} already runs with {_started['threads']} threads and cannot change to {threads}.",
                     "Call muslin.runtime.start(threads=...) before anything else, or set MUSLIN_THREADS.",
                 )
             return ti
         if program is not None:
-            warnings.warn("Muslin restarts Taichi: fields made after another ti.init are lost.", stacklevel=2)
+            warnings.warn(
+                f"Muslin restarts {title}: fields made after another ti.init are lost.", stacklevel=2
+            )
         threads = threads or _wanted_threads()
         warnings.filterwarnings(
-            "ignore", message=".*Calling non-taichi function"
+            "ignore", message=".*Calling non-(taichi|quadrants) function"
         )  # `complaints` says it better
         with contextlib.redirect_stdout(io.StringIO()):  # "Starting on arch=..."
             ti.init(
@@ -178,30 +157,36 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
                 log_level=ti.CRITICAL,  # what is an error reaches us as an exception
                 offline_cache=True,
                 debug=debug,
-                verbose=False,
                 **_COMPILING,
+                **dict(engine.chosen().only_here),
             )
-        complaints.refuse_bad_indices(ti, debug)
-        _compile_faster()
-        program = ti.lang.impl.get_runtime().prog
-        _started.update(threads=threads, program=program, process=os.getpid())
+        inside.refuse_bad_indices(debug)
+        inside.compile_faster()
+        inside.tell_plainly()
+        _started.update(threads=threads, program=inside.program(), process=os.getpid())
     return ti
+
+
+def threads() -> int:
+    """How many threads kernels use; starts the engine."""
+    start()
+    return int(_started["threads"])
 
 
 @contextlib.contextmanager
 def shared_out() -> Iterator[None]:
     """Kernels compiled in here share their loops out as their `block_dim` says.
 
-    Otherwise Taichi cuts a loop into one piece a thread, of 512 iterations at least: best where all take the same
+    Otherwise the engine cuts a loop into one piece a thread, of 512 iterations at least: best where all take the same
     little time, but a loop over the rows of a picture would leave a thread idle half of the time.
     """
-    config = start().lang.impl.current_cfg()
-    before = config.make_cpu_multithreading_loop
-    config.make_cpu_multithreading_loop = False
+    start()
+    before = inside.setting("make_cpu_multithreading_loop")
+    inside.change("make_cpu_multithreading_loop", False)
     try:
         yield
     finally:
-        config.make_cpu_multithreading_loop = before
+        inside.change("make_cpu_multithreading_loop", before)
 
 
 def call(kernel: Callable[..., None], *arguments: Any) -> None:
@@ -220,47 +205,6 @@ def call(kernel: Callable[..., None], *arguments: Any) -> None:
     for value, before, after, double in zip(arguments, sent, passed, doubles, strict=True):
         if double and (changed := before != after).any():
             value[changed] = after[changed]
-
-
-def _compile_faster() -> None:
-    """Spare Taichi's compiler work it does over and over; what it makes and says stays the same.
-
-    Each time a function is called in a kernel, it reads the function's source anew, and it prepares the text of an
-    error for every expression it meets, wrapping the line that the expression is in. That is half of the time a
-    kernel takes to compile.
-    """
-    import textwrap
-
-    from taichi.lang import kernel_impl
-    from taichi.lang.ast import ast_transformer_utils as utils
-
-    class Wrapper(textwrap.TextWrapper):
-        def wrap(self, text: str) -> list[str]:
-            if len(text) > self.width or not text.isprintable():
-                return super().wrap(text)
-            return [text.rstrip()] if not text.isspace() and text else []
-
-    context = utils.ASTTransformerContext
-    if hasattr(context, "muslin"):
-        return
-    position = context.get_pos_info
-    positions: dict[Any, str] = {}
-
-    def get_pos_info(self: Any, node: Any) -> str:
-        if node.lineno != node.end_lineno:
-            return position(self, node)
-        line = self.src[node.lineno - 1]
-        where = (self.file, self.func.func.__name__, node.lineno + self.lineno_offset, self.indent)
-        key = (*where, node.col_offset, node.end_col_offset, line)
-        if key not in positions:
-            positions[key] = position(self, node)
-        return positions[key]
-
-    context.muslin, context.get_pos_info = True, get_pos_info
-    utils.TextWrapper = Wrapper
-    kernel_impl.getsourcelines = functools.cache(kernel_impl.getsourcelines)
-    kernel_impl.getsourcefile = functools.cache(kernel_impl.getsourcefile)
-    kernel_impl.textwrap = SimpleNamespace(fill=functools.cache(textwrap.fill), dedent=textwrap.dedent)
 
 
 def _wanted_threads() -> int:

@@ -22,7 +22,8 @@ from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
-from muslin import paths, runtime, source, syntax
+from muslin import engine, paths, source, syntax
+from muslin.engine import inside
 from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
 
 MANIFEST = "assignment.toml"
@@ -271,7 +272,7 @@ def _import(path: Path) -> ModuleType | MuslinError:
     where = paths.shown(path)
     if not path.is_file():
         return StudentCodeError(f"{where} is missing.", "Copy it back from the assignment.")
-    runtime.taichi()
+    engine.load()
     try:
         text = source.decoded(path.read_bytes(), where)
         if re.match(r'\s*\{\s*"(cells|metadata|nbformat)"', text):
@@ -279,6 +280,7 @@ def _import(path: Path) -> ModuleType | MuslinError:
         filename = _remembered(path, text)
         module = ModuleType(f"muslin_student_{path.stem}")
         module.__file__ = filename
+        module.__dict__["__builtins__"] = engine.builtins_with()
         with _taichi_locked(where):
             exec(syntax.compiled(text, filename, where), module.__dict__)
     except MuslinError as error:
@@ -323,7 +325,7 @@ def _remembered(path: Path, text: str) -> str:
 @contextlib.contextmanager
 def _taichi_locked(where: str) -> Iterator[None]:
     """Forbid `ti.init` and `ti.reset` while a student's file is imported."""
-    ti = runtime.taichi()
+    ti = engine.load()
     saved = {name: getattr(ti, name) for name in ("init", "reset")}
 
     def forbidden(*args: Any, **kwargs: Any) -> None:
@@ -356,7 +358,7 @@ def _find(task: Task, module: ModuleType | MuslinError, folder: Path) -> Callabl
         return _failing(
             task, StudentCodeError(f"{where} has no function {task.name}.", "Copy its first line back.")
         )
-    if not getattr(function, "_is_taichi_function", False):
+    if not inside.is_function(function):
         hint = f"Write @ti.func on the line above def {task.name}."
         return _failing(task, StudentCodeError(f"{task.name} in {where} is not a Taichi function.", hint))
     expected = [argument.name for argument in task.arguments]

@@ -1,8 +1,7 @@
 """Annotations of the numpy arrays that element kernels take: one row per triangle, vertex or block."""
 
-import taichi as ti
-
 from muslin import runtime
+from muslin.engine import ti
 
 REAL = runtime.real()
 #: What keeps a division by zero finite.

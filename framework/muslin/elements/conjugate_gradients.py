@@ -1,8 +1,7 @@
 """Conjugate gradients on 3x3 blocks, preconditioned by the diagonal blocks, in one Taichi kernel."""
 
-import taichi as ti
-
 from muslin.elements.arrays import integers, mat3s, scalars, vec3s
+from muslin.engine import ti
 
 
 @ti.kernel

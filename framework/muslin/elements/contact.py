@@ -3,11 +3,11 @@
 from typing import Any
 
 import numpy as np
-import taichi as ti
 
 from muslin.batch import kept, run
 from muslin.elements.arrays import integers, scalars, vec3s
 from muslin.elements.launch import Launch, is_small
+from muslin.engine import ti
 from muslin.tasks import usable
 
 

@@ -13,12 +13,12 @@ to triangle, and from each that was corrected to those that share a vertex with 
 import functools
 
 import numpy as np
-import taichi as ti
 
 from muslin.elements.arrays import index3, integers, scalars, vec3s
 from muslin.elements.launch import Launch, is_small
 from muslin.elements.layout import pointers
 from muslin.elements.native import rest_gradients
+from muslin.engine import ti
 
 #: A triangle is let be when it is over the limit by no more than this.
 TOLERANCE = 1e-4

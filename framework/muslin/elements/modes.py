@@ -9,7 +9,7 @@ alone, so projection clamps them and never decomposes a 9x9 matrix.
 of its 3x3 blocks back, where it is needed.
 """
 
-import taichi as ti
+from muslin.engine import ti
 
 #: Numbers of a row: U (9), gradients of phi_i in the frame (v_0, v_1) (6), stretch block (3), same and cross (2),
 #: out_0 and out_1 (2), the last seven times h a.

@@ -8,12 +8,12 @@ the other. It is the fast road, and stands in for functions that are not written
 import functools
 
 import numpy as np
-import taichi as ti
 
 from muslin import runtime
 from muslin.elements import modes
 from muslin.elements.arrays import REAL, TINY, index3, integers, rows, scalars, vec3s
 from muslin.elements.launch import Launch, is_small
+from muslin.engine import ti
 from muslin.errors import MuslinError
 from muslin.given import tangents
 

@@ -10,13 +10,13 @@ import itertools
 
 import numpy as np
 import scipy.sparse as sp
-import taichi as ti
 
 from muslin import runtime
 from muslin.elements import modes
 from muslin.elements.arrays import integers, mat3s, rows, scalars, vec3s
 from muslin.elements.launch import Launch, is_small
 from muslin.elements.layout import Layout, pointers
+from muslin.engine import ti
 
 
 class Pattern:

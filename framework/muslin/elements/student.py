@@ -10,13 +10,13 @@ from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
-import taichi as ti
 
 from muslin import given, runtime
 from muslin.batch import evaluate, kept, run
 from muslin.elements import modes
 from muslin.elements.arrays import REAL, index3, integers, mat3s, rows, scalars, vec3s, vec4s
 from muslin.elements.launch import Launch, is_small
+from muslin.engine import ti
 from muslin.errors import SimulationError
 from muslin.material import ENERGIES, FLIPS
 from muslin.stand_ins import NEEDS

@@ -151,9 +151,9 @@ def _end(child: _Child, level: str, others: list[int]) -> int:
 
 def _import_everything() -> None:
     """All a worker needs before student code, so that forking is all it costs; not the native element."""
-    from muslin import runtime
+    from muslin import engine
 
-    runtime.taichi()
+    engine.load()
     import muslin.batch
     import muslin.given
     import muslin.grading.wire
