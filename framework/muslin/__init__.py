@@ -11,7 +11,6 @@ The public face, kept stable::
 Everything is imported on first use, so that `import muslin` costs nothing.
 """
 
-import os
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
@@ -19,8 +18,7 @@ from muslin import paths
 
 __version__ = "0.1.0"
 
-os.environ.setdefault("ENABLE_TAICHI_HEADER_PRINT", "0")  # Taichi prints its banner on import
-paths.find_caches()  # before anything can import Taichi, which dies without a home
+paths.find_caches()  # before anything can import the engine, which dies without a home
 
 _HOMES = {
     "load": "muslin.tasks",

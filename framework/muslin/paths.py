@@ -9,6 +9,7 @@ import stat
 import sys
 from pathlib import Path
 
+from muslin.engine import choice
 from muslin.errors import MuslinError
 
 _PACKAGE = Path(__file__).resolve().parent
@@ -98,17 +99,20 @@ def cache(*parts: str) -> Path:
 
 
 def find_caches() -> None:
-    """See to it that Taichi, once it is imported, finds a place for its kernels that can be written.
+    """See to it that the engine, once it is imported, finds a place for its kernels that can be written.
 
     Taichi aborts on import if it knows no home, and at exit, after all work is done, if it cannot write there.
     It would also ask a server for its newest version once a day; Muslin asks for nothing.
     """
     environment = os.environ
     environment.setdefault("TI_SKIP_VERSION_CHECK", "ON")
-    if (chosen := environment.get("TI_OFFLINE_CACHE_FILE_PATH")) and not can_write(Path(chosen)):
-        del environment["TI_OFFLINE_CACHE_FILE_PATH"]
-    home, below = environment.get("HOME"), ("taichi", "ticache")
+    for engine in choice.ENGINES.values():
+        name = engine.variable("OFFLINE_CACHE_FILE_PATH")
+        if (chosen := environment.get(name)) and not can_write(Path(chosen)):
+            del environment[name]
+    home = environment.get("HOME")
     taken = environment.get("XDG_CACHE_HOME") or (f"{home}/.cache" if home else "")
+    below = choice.kernels_below_a_cache()
     if sys.platform != "win32" and not (taken and can_write(Path(taken, *below))):
         environment["XDG_CACHE_HOME"] = str(_cache_home(below))
 

@@ -24,7 +24,7 @@ from typing import Any, TextIO
 
 import numpy as np
 
-from muslin import __version__, paths, scenes
+from muslin import __version__, engine, paths, scenes
 from muslin.errors import MuslinError
 from muslin.integrators import State
 from muslin.mesh import Mesh
@@ -66,7 +66,15 @@ class Writer:
         with _writing(self.folder):
             _clear(self.folder)
             (self.folder / "frames").mkdir(parents=True)
-            _write_json(self.folder / "run.json", {"schema": 1, "muslin": __version__, **description})
+            _write_json(
+                self.folder / "run.json",
+                {
+                    "schema": 1,
+                    "muslin": __version__,
+                    "engine": f"{engine.chosen().name} {engine.version()}",
+                    **description,
+                },
+            )
 
     @classmethod
     def resumed(cls, run: RunFolder, step: int, steps: int) -> Writer:

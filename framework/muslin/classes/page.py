@@ -13,6 +13,7 @@ from importlib import resources
 from muslin.classes.gradebook import Row
 from muslin.classes.press import SIZE, Printed
 from muslin.classes.similarity import Pair
+from muslin.engine import ENGINES
 from muslin.grading.record import FAILED, NOT_IMPLEMENTED
 from muslin.grading.views.text import one_line, points
 from muslin.tasks import Assignment, Task
@@ -315,7 +316,11 @@ def _footer(rows: Sequence[Row], table: Assignment) -> str:
     records = [row.record for row in rows if row.record]
     levels = Counter(record.safety.level for record in records)
     versions = Counter(
-        ", ".join(f"{name} {record.environment.get(name, '')}" for name in ("muslin", "taichi", "python"))
+        ", ".join(
+            f"{name} {record.environment[name]}"
+            for name in ("muslin", *ENGINES, "python")
+            if name in record.environment
+        )
         for record in records
     )
     instructors = {record.hidden.get("instructor", 0) for record in records}

@@ -10,10 +10,21 @@ reaches into what is not public.
 
 from typing import TYPE_CHECKING, Any
 
-from muslin.engine.choice import ENGINES, Engine, chosen, load, requirement, version
+from muslin.engine.choice import ENGINES, VARIABLE, Engine, chosen, imported, load, requirement, version
 from muslin.engine.imports import builtins_with
 
-__all__ = ["ENGINES", "Engine", "builtins_with", "chosen", "load", "requirement", "ti", "version"]
+__all__ = [
+    "ENGINES",
+    "VARIABLE",
+    "Engine",
+    "builtins_with",
+    "chosen",
+    "imported",
+    "load",
+    "requirement",
+    "ti",
+    "version",
+]
 
 if TYPE_CHECKING:
     ti: Any

@@ -11,7 +11,6 @@ import platform
 import sys
 from collections.abc import Iterator
 from dataclasses import dataclass
-from importlib import metadata
 from types import ModuleType
 
 from muslin.errors import MuslinError
@@ -36,6 +35,8 @@ class Engine:
         What pip should install, by Python.
     machines : frozenset of (system, processor)
         Where it has wheels, as `platform.system()` and `platform.machine()` say.
+    kernels : str
+        Folder of its compiled kernels, below its own in the user's cache.
     only_here : dict
         Arguments of `init` that the other does not know.
     """
@@ -45,6 +46,7 @@ class Engine:
     prefix: str
     requirements: tuple[tuple[tuple[int, int], tuple[int, int], str], ...]
     machines: frozenset[tuple[str, str]]
+    kernels: str
     only_here: tuple[tuple[str, object], ...] = ()
 
     @property
@@ -67,6 +69,7 @@ ENGINES = {
         "TI",
         (((3, 10), (3, 14), "taichi>=1.7.4,<1.8"),),
         frozenset(_ANYWHERE),
+        "ticache",
         (("verbose", False),),
     ),
     "quadrants": Engine(
@@ -75,6 +78,7 @@ ENGINES = {
         "QD",
         (((3, 10), (3, 12), "quadrants>=1.3.3,<1.4"), ((3, 12), (3, 15), "quadrants>=1.4,<1.5")),
         frozenset(_ANYWHERE | {("Linux", "aarch64")}),
+        "qdcache",
     ),
 }
 
@@ -105,9 +109,25 @@ def chosen() -> Engine:
     return engine
 
 
+def kernels_below_a_cache() -> tuple[str, str]:
+    """Where the engine of this process keeps its kernels, below the user's cache."""
+    try:
+        engine = chosen()
+    except MuslinError:  # whoever needs one is told
+        engine = next(iter(ENGINES.values()))
+    return engine.name, engine.kernels
+
+
 def version() -> str:
     """The version of the engine of this process, without importing it."""
+    from importlib import metadata
+
     return metadata.version(chosen().name)
+
+
+def imported() -> bool:
+    """Whether this process has imported an engine."""
+    return any(name in sys.modules for name in ENGINES)
 
 
 def load() -> ModuleType:

@@ -155,6 +155,11 @@ def runs_on(arch: str) -> bool:
     return bool(_module("lang.misc").is_arch_supported(where))
 
 
+def has_windows() -> bool:
+    """Whether the engine can open a window (`ti.ui`)."""
+    return hasattr(load(), "ui")
+
+
 def is_function(function: Any) -> bool:
     """Whether something was decorated with `@ti.func`."""
     return bool(getattr(function, f"_is_{load().__name__}_function", False))

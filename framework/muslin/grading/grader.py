@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import muslin
-from muslin import paths, runtime, tasks
+from muslin import engine, paths, runtime, tasks
 from muslin.errors import MuslinError
 from muslin.grading import checks, simulating, wire
 from muslin.grading.checks import Outcome, Private, Verdict
@@ -455,7 +455,7 @@ def _environment() -> dict[str, Any]:
     """Versions, and the mode every grading is pinned to."""
     return {
         "muslin": muslin.__version__,
-        **{name: metadata.version(name) for name in ("taichi", "numpy", "mpmath")},
+        **{name: metadata.version(name) for name in (engine.chosen().name, "numpy", "mpmath")},
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",
         "precision": "f64",

@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import muslin
-from muslin import paths
+from muslin import engine, paths
 
 #: Largest store of one part of a submission, and of all submissions together [bytes].
 LARGEST_PART, LARGEST_TOTAL = 20_000_000, 300_000_000
@@ -34,9 +34,8 @@ class Store:
     """
 
     def __init__(self, submission: str | None):
-        versions = (
-            f"{muslin.__version__} {metadata.version('taichi')} {metadata.version('numpy')} {submission}"
-        )
+        compiler = f"{engine.chosen().name} {engine.version()}"
+        versions = f"{muslin.__version__} {compiler} {metadata.version('numpy')} {submission}"
         self._folder = None
         if submission is not None:
             with contextlib.suppress(OSError):

@@ -31,7 +31,7 @@ from typing import Any
 import numpy as np
 
 import muslin
-from muslin import paths, scratch
+from muslin import engine, paths, scratch
 from muslin.errors import MuslinError
 from muslin.grading import wire
 from muslin.grading.record import Safety
@@ -341,7 +341,8 @@ class _Nursery:
         )
         self._process = subprocess.Popen(
             [sys.executable, "-I", "-B", "-c", code],
-            env=_ENVIRONMENT | {"HOME": self._scratch, "TMPDIR": self._scratch},
+            env=_ENVIRONMENT
+            | {"HOME": self._scratch, "TMPDIR": self._scratch, engine.VARIABLE: engine.chosen().name},
             cwd="/",
             stdin=subprocess.DEVNULL,
             stdout=subprocess.DEVNULL,
@@ -435,7 +436,6 @@ def _claim_users() -> tuple[int, socket.socket]:
 _ENVIRONMENT = {
     "PATH": "/usr/bin:/bin",
     "LANG": "C.UTF-8",
-    "ENABLE_TAICHI_HEADER_PRINT": "0",
     "PYTHONDONTWRITEBYTECODE": "1",
     "OMP_NUM_THREADS": "1",
     "OPENBLAS_NUM_THREADS": "1",
@@ -445,7 +445,7 @@ _ENVIRONMENT = {
 
 def _libraries() -> list[str]:
     """Folders the packages that workers import lie in."""
-    found = (importlib.util.find_spec(name) for name in ("numpy", "scipy", "taichi", "tomli"))
+    found = (importlib.util.find_spec(name) for name in ("numpy", "scipy", engine.chosen().name, "tomli"))
     origins = {Path(spec.origin).resolve().parent.parent for spec in found if spec and spec.origin}
     return sorted(map(str, origins))
 

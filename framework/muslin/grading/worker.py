@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from muslin import scratch
+from muslin import engine, scratch
 from muslin.grading import filters, isolation, probe
 
 #: How often the homes that lie on a shared disk are looked at [s].
@@ -151,8 +151,6 @@ def _end(child: _Child, level: str, others: list[int]) -> int:
 
 def _import_everything() -> None:
     """All a worker needs before student code, so that forking is all it costs; not the native element."""
-    from muslin import engine
-
     engine.load()
     import muslin.batch
     import muslin.given
@@ -171,7 +169,9 @@ def _worker(
     isolation.keep_open((0, 1, 2, channel_number))
     channel = socket.socket(fileno=channel_number)
     os.chdir(home)
-    os.environ.update(HOME=home, TMPDIR=home, TI_OFFLINE_CACHE_FILE_PATH=f"{home}/kernels")
+    os.environ.update(
+        HOME=home, TMPDIR=home, **{engine.chosen().variable("OFFLINE_CACHE_FILE_PATH"): f"{home}/kernels"}
+    )
     tempfile.tempdir = home
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     if listener := request.get("probe"):

@@ -19,7 +19,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin import paths, source, syntax
+from muslin import engine, paths, source, syntax
 
 #: Variables shown of one function: loops may set many.
 MOST = 60
@@ -128,8 +128,8 @@ def _looked_at() -> Iterator[None]:
     saved = {name: sys.modules.get(name) for name in ("taichi", "muslin.given")}
     import muslin
 
+    sys.modules["taichi"] = engine.ti = _taichi()
     try:
-        sys.modules["taichi"] = _taichi()
         plain_given = ModuleType("muslin.given")
         text = Path(str(given.__file__)).read_text(encoding="utf-8")
         exec(compile(text, str(given.__file__), "exec"), plain_given.__dict__)
@@ -137,6 +137,7 @@ def _looked_at() -> Iterator[None]:
         muslin.given = plain_given
         yield
     finally:
+        del engine.ti
         muslin.given = given
         for name, module in saved.items():
             if module is None:

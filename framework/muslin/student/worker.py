@@ -19,6 +19,7 @@ from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 from typing import Any
 
+from muslin import engine
 from muslin.errors import MuslinError
 
 #: What a process most often dies of, by the signal that ended it.
@@ -45,8 +46,8 @@ class Worker:
     """
 
     def __init__(self, debug: bool = False, ready: tuple[str, ...] = ()):
-        # Forking is instant, and safe as long as this process has neither threads nor Taichi.
-        fork = sys.platform == "linux" and "taichi" not in sys.modules
+        # Forking is instant, and safe as long as this process has neither threads nor an engine.
+        fork = sys.platform == "linux" and not engine.imported()
         context = multiprocessing.get_context("fork" if fork else "spawn")
         self._channel, theirs = context.Pipe()
         self._process = context.Process(  # type: ignore[attr-defined]

@@ -10,12 +10,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+from muslin import engine
+from muslin.engine import inside
 from muslin.errors import MuslinError
 
 #: Opens a window off-screen and reads a picture back; run in a process of its own, since a driver that is missing
 #: or broken may end the process that asks for it.
 PROBE = """
-import taichi as ti
+from muslin.engine import ti
 ti.init(arch=ti.cpu, log_level=ti.CRITICAL)
 window = ti.ui.Window("probe", (64, 64), show_window={shown})
 window.get_canvas().set_background_color((1.0, 1.0, 1.0))
@@ -88,6 +90,8 @@ def no_window(shown: bool = True) -> str:
     """
     if shown and not _has_desktop():
         return "there is no display"
+    if not inside.has_windows():
+        return f"{engine.chosen().title} has none"
     look = "window.show()" if shown else "window.get_image_buffer_as_numpy()"
     try:
         with tempfile.TemporaryDirectory() as litter:  # Taichi leaves a file where it stands

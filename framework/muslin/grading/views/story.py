@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from muslin.engine import ENGINES
 from muslin.grading.record import ERROR, FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Check, Record, TaskResult
 from muslin.grading.views.text import capped
 
@@ -94,7 +95,7 @@ def circumstances(record: Record) -> list[tuple[str, str]]:
     notes = [*record.submission.notes, *safety.notes]
     if len(notes) > NOTES:
         notes[NOTES - 1 :] = [f"and {len(notes) - NOTES + 1} more"]
-    known = [name for name in ("muslin", "taichi", "numpy", "mpmath", "python") if name in environment]
+    known = [name for name in ("muslin", *ENGINES, "numpy", "mpmath", "python") if name in environment]
     mode = [str(environment.get("precision", "")), f"threads: {environment.get('threads', '')}"]
     mode.append("fast math" if environment.get("fast_math") else "no fast math")
     return [
