@@ -5,6 +5,7 @@ import meshio
 import numpy as np
 import pytest
 
+from muslin.errors import MeshError
 from muslin.mesh import Mesh, area_and_normal, grid, load, save, unstructured
 from muslin.mesh.shipped import SHIPPED, write
 from muslin.paths import meshes
@@ -219,6 +220,45 @@ def test_points_and_lines_are_left_out_with_the_vertices_only_they_use(tmp_path)
     )
     assert is_unit_square(mesh)
     assert "1 vertex element, 1 line element left out" in mesh.notices[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "words"),
+    [
+        ("a.obj", SQUARE_V + "v 9 9 9\n" + malformed.SQUARE_F, "vertex 5 (line 5) is in no triangle"),
+        ("a.vtk", malformed.vtk(malformed.SQUARE_XYZ + "2 0 0\n3 0 0\n", n=6), "2 vertices in no triangle"),
+        # An arc of a Gmsh geometry has its centre among the nodes.
+        (
+            "a.msh",
+            malformed.msh2(nodes="1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 9 9 9\n"),
+            "vertex 4 (counting from 0) is in no triangle",
+        ),
+    ],
+)
+def test_vertices_in_no_triangle_are_left_out_with_a_notice(name, content, words, tmp_path):
+    mesh = loaded(tmp_path, name, content)
+    assert is_unit_square(mesh)
+    assert mesh.vertices.shape == (4, 3)
+    assert len(mesh.notices) == 1
+    assert words in mesh.notices[0]
+
+
+def test_vertices_keep_the_numbers_of_the_file_where_others_are_left_out(tmp_path):
+    mesh = loaded(tmp_path, "a.obj", "v 7 7 7\n" + SQUARE_V + "v 8 8 8\nf 2 3 4\nf 2 4 5\n")
+    np.testing.assert_array_equal(mesh.vertices[mesh.find([1, 3])], [[0, 0, 0], [1, 1, 0]])
+    assert mesh.called(mesh.find([4, 2])) == [4, 2]
+    for number, words in ((0, "left out"), (5, "no vertex 5"), (-1, "no vertex -1")):
+        with pytest.raises(MeshError, match=words):
+            mesh.find(number)
+
+
+def test_several_pieces_of_a_vtu_are_one_mesh(tmp_path):
+    far = malformed.vtu(pieces=2).decode()
+    first, second = far.split("</Piece>", 1)
+    moved = second.replace("0 0 0 1 0 0 1 1 0 0 1 0", "0 0 5 1 0 5 1 1 5 0 1 5")
+    mesh = loaded(tmp_path, "a.vtu", first + "</Piece>" + moved)
+    np.testing.assert_array_equal(mesh.triangles, [[0, 1, 2], [0, 2, 3], [4, 5, 6], [4, 6, 7]])
+    np.testing.assert_array_equal(mesh.vertices[:, 2], [0, 0, 0, 0, 5, 5, 5, 5])
 
 
 def test_flat_coordinates_get_a_third_one_with_a_notice(tmp_path):

@@ -2,7 +2,8 @@
 
 ==================  =====================================================================================
 `run.json`          scene, parameters, version: enough to repeat the run
-`mesh.npz`          simulation mesh: vertices X (n, 3), triangles (m, 3), held (k,)
+`mesh.npz`          simulation mesh: vertices X (n, 3), triangles (m, 3), held (k,); numbers (n,) of the
+                    vertices in their file, where some of that were left out
 `display.npz`       display mesh, where there is one: vertices, triangles
 `frames/000000.npy` positions at a frame, named by its step, (n, 3) float64 [m]; `display/` likewise
 `energies.csv`      one row per step: kinetic, elastic, gravity energy [J], contacts
@@ -95,7 +96,10 @@ class Writer:
     def meshes(self, mesh: Mesh, held: np.ndarray, display: Mesh | None) -> None:
         """Save what does not move."""
         with _writing(self.folder):
-            np.savez(self.folder / "mesh.npz", X=mesh.vertices, triangles=mesh.triangles, held=held)
+            fixed = {"X": mesh.vertices, "triangles": mesh.triangles, "held": held}
+            if mesh.numbers is not None:
+                fixed["numbers"] = mesh.numbers
+            np.savez(self.folder / "mesh.npz", allow_pickle=False, **fixed)
             if display is not None:
                 (self.folder / "display").mkdir(exist_ok=True)
                 np.savez(self.folder / "display.npz", X=display.vertices, triangles=display.triangles)
@@ -163,6 +167,7 @@ class RunFolder:
             self.scene: Scene = scenes.get(self.description["scene"], **self.description["parameters"])
         with _reading(self.folder / "mesh.npz") as path, np.load(path) as mesh:
             self.X, self.triangles, self.held = mesh["X"], mesh["triangles"], mesh["held"]
+            self.numbers = mesh.get("numbers")
         self.rest, self.shown_triangles = self.X, self.triangles
         if (self.folder / "display.npz").is_file():
             with _reading(self.folder / "display.npz") as path, np.load(path) as display:

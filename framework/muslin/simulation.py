@@ -112,7 +112,7 @@ def build(
         colliders=lambda time: scene.colliders(scene, time),
         wind=scene.wind,
         drag=scene.drag,
-        spring=_spring(scene, len(x)),
+        spring=_spring(scene, mesh),
         project=scene.project,
         solver=scene.solver,
         contact=scene.contact,
@@ -124,12 +124,10 @@ def build(
     return model, State(x, v)
 
 
-def _spring(scene: Scene, n: int) -> Spring | None:
+def _spring(scene: Scene, mesh: Mesh) -> Spring | None:
     if scene.drag_vertex < 0:
         return None
-    if scene.drag_vertex >= n:
-        raise MuslinError(f"drag_vertex = {scene.drag_vertex}: this mesh has vertices 0 to {n - 1}.")
-    return Spring(scene.drag_vertex, scene.drag_to, scene.drag_stiffness)
+    return Spring(int(mesh.find(scene.drag_vertex)[0]), scene.drag_to, scene.drag_stiffness)
 
 
 def simulate(
@@ -145,6 +143,7 @@ def simulate(
     out: Path | str | None = None,
     resume: bool = False,
     on_step: Callable[[int, int], None] | None = None,
+    on_notice: Callable[[str], None] | None = None,
     **parameters: Any,
 ) -> Run:
     """Simulate a scene.
@@ -172,8 +171,10 @@ def simulate(
         Go on from the checkpoint in `out` instead; scene and parameters are the ones recorded there.
     on_step : callable, optional
         Called as (step, steps) after every step.
+    on_notice : callable, optional
+        Called before the first step with each thing a person should know of the mesh; see `Scene.remarks`.
     **parameters
-        Any scene parameter: mu, lam, dt, gravity, pinned, sphere, ...
+        Any scene parameter: mu, lam, dt, gravity, pinned, scale, sphere, ...
 
     Returns
     -------
@@ -206,8 +207,12 @@ def simulate(
         scenes.override(scene, **overrides) if isinstance(scene, Scene) else scenes.get(scene, **overrides)
     )
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
+    mesh = chosen.load_mesh() if mesh is None else chosen.scaled(mesh)
     model, state = build(chosen, functions, energy, hessian, mesh, stand_ins)
-    shown = meshes.load(display) if display is not None else None
+    if on_notice:
+        for remark in chosen.remarks(mesh, model.held):
+            on_notice(remark)
+    shown = meshes.load(display).scaled(mesh.scale) if display is not None else None
     if out is not None:
         _require_repeatable(chosen)
 
@@ -263,7 +268,7 @@ def _resume(
     if functions is None and recorded["functions"]:
         functions = recorded["functions"]
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
-    mesh = Mesh.from_arrays(folder.X, folder.triangles)
+    mesh = replace(Mesh.from_arrays(folder.X, folder.triangles), numbers=folder.numbers)
     stand_ins = recorded.get("stand_ins", ())
     model, start = build(chosen, functions, recorded["energy"], recorded["hessian"], mesh, stand_ins)
     state, step = folder.checkpoint()

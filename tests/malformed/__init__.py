@@ -26,7 +26,7 @@ def ply(points: str, faces: str, n: int = 4, m: int = 2) -> bytes:
 
 def binary_ply(n: int = 4, m: int = 2, faces: tuple = ((0, 1, 2), (0, 2, 3))) -> bytes:
     points = struct.pack("<12f", 0, 0, 0, 1, 0, 0, 1, 1, 0, 0, 1, 0)
-    body = b"".join(struct.pack("<B3i", 3, *face) for face in faces)
+    body = b"".join(struct.pack(f"<B{len(face)}i", len(face), *face) for face in faces)
     return PLY_HEAD.format(kind="binary_little_endian", n=n, m=m).encode() + points + body
 
 
@@ -151,7 +151,25 @@ MALFORMED: dict[str, tuple[bytes, tuple[str, ...]]] = {
     ),
     "bad-header.ply": (b"ply\nformat ascii 1.0\nelement vertex many\nend_header\n", ("line 3", "a count")),
     "no-number.vtk": (vtk(points="0 0 0\n1 0 ?\n1 1 0\n0 1 0\n"), ("cannot be read as VTK",)),
-    "word-in-vertex.stl": (ascii_stl("0 0 0,1 zero 0,1 1 0"), ("cannot be read as STL",)),
+    "word-in-vertex.stl": (ascii_stl("0 0 0,1 zero 0,1 1 0"), ("line 5", "numbers", "1 zero 0")),
+    "odd-word.stl": (ascii_stl("0 0 0,1 0 0,1 1 0").replace(b"outer", b"inner"), ("line 3", "inner loop")),
+    "short-vertex.stl": (ascii_stl("0 0 0,1 0,1 1 0"), ("line 5", "three coordinates")),
+    "unknown-type.ply": (
+        binary_ply().replace(b"float z", b"quaternion z"),
+        ("line 6", "quaternion", "no type of PLY"),
+    ),
+    "list-for-coordinate.ply": (
+        binary_ply().replace(b"property float z", b"property list uchar float z"),
+        ("cannot be read as PLY", "coordinate z is a list"),
+    ),
+    "corners-in-floats.ply": (
+        binary_ply().replace(b"uchar int", b"uchar float"),
+        ("cannot be read as PLY", "not whole numbers"),
+    ),
+    "two-corners-binary.ply": (
+        binary_ply(m=1, faces=((0, 1),)),
+        ("cannot be read as PLY", "face 0 has fewer than three corners"),
+    ),
     # Cut short.
     "truncated.off": (off(SQUARE_XYZ, "3 0 1 2\n"), ("ends after 5 of 6", "truncated")),
     "header-only.off": (b"OFF\n", ("ends after the OFF header",)),
@@ -165,7 +183,7 @@ MALFORMED: dict[str, tuple[bytes, tuple[str, ...]]] = {
         ("promises 3 triangles", "234 bytes", "184"),
     ),
     "truncated-ascii.stl": (ascii_stl("0 0 0,1 0 0,1 1 0", end=""), ("truncated", "endsolid")),
-    "two-vertices.stl": (ascii_stl("0 0 0,1 0 0"), ("three vertices",)),
+    "two-vertices.stl": (ascii_stl("0 0 0,1 0 0"), ("line 7", "2 vertices, not three")),
     "truncated.vtk": (vtk()[:-40], ("cannot be read as VTK",)),
     "truncated-points.vtk": (vtk(n=5), ("cannot be read as VTK",)),
     "truncated.vtu": (vtu()[:-60], ("cannot be read as VTU",)),
@@ -199,12 +217,24 @@ MALFORMED: dict[str, tuple[bytes, tuple[str, ...]]] = {
     ),
     "polydata.vtk": (
         b"# vtk DataFile Version 3.0\ntest\nASCII\nDATASET POLYDATA\nPOINTS 3 float\n0 0 0 1 0 0 0 1 0\n",
-        ("cannot be read as VTK", "POLYDATA"),
+        ("no triangles", "faces"),
     ),
-    "pieces.vtu": (vtu(pieces=2), ("several pieces",)),
+    "structured-field.vtk": (vtk().replace(b"UNSTRUCTURED_GRID", b"FIELD"), ("no mesh Muslin reads",)),
+    "image.vti.vtu": (
+        b'<VTKFile type="ImageData"><ImageData/></VTKFile>',
+        ("ImageData", "no mesh Muslin reads"),
+    ),
+    "pieces-mixed-up.vtu": (
+        vtu(connectivity="0 1 2 0 2 7", pieces=2),
+        ("cannot be read as VTU", "points that it does not have"),
+    ),
+    "compressed.vtu": (
+        vtu().replace(b"<VTKFile", b'<VTKFile compressor="vtkSecretDataCompressor"'),
+        ("compressed with", "vtkSecretDataCompressor"),
+    ),
     "extra-properties.ply": (
         binary_ply().replace(b"vertex_indices\n", b"vertex_indices\nproperty uchar red\n"),
-        ("binary PLY", "ASCII PLY"),
+        ("cannot be read as PLY", "fewer than three corners"),
     ),
     # Coordinates.
     "nan.obj": (
@@ -293,15 +323,6 @@ MALFORMED: dict[str, tuple[bytes, tuple[str, ...]]] = {
         obj(SQUARE_V + "f 1 2 4 3\n"),
         ("1 polygon cannot be cut", "face 1 (line 5)", "cross"),
     ),
-    "unused-vertex.obj": (
-        obj(SQUARE_V + "v 9 9 9\n" + SQUARE_F),
-        ("1 vertex is unused", "vertex 5 (line 5)"),
-    ),
-    "unused-vertices.vtk": (
-        vtk(points=SQUARE_XYZ + "2 0 0\n3 0 0\n", n=6),
-        ("2 vertices are unused", "the first is vertex 4"),
-    ),
-    "unused-node.msh": (msh2(nodes="1 0 0 0\n2 1 0 0\n3 1 1 0\n4 0 1 0\n5 9 9 9\n"), ("1 vertex is unused",)),
 }
 
 

@@ -61,6 +61,17 @@ Setting = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="Change a scene parameter; may be repeated."),
 ]
+Cloth = Annotated[
+    str | None,
+    typer.Option("--mesh", help="Another undeformed cloth: a file, or one of Muslin's meshes by its name."),
+]
+Scale = Annotated[
+    str | None,
+    typer.Option(
+        "--scale", metavar="FACTOR|fit",
+        help="Multiply the mesh's coordinates: 0.001 from millimetres; fit: to the size the scene is made for.",
+    ),
+]  # fmt: skip
 Out = Annotated[Path | None, typer.Option("--out", help="Where to write.")]
 
 

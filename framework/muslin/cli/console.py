@@ -79,6 +79,11 @@ def say(text: str = "", err: bool = False, style: str = "") -> None:
     stream.flush()
 
 
+def note(text: str) -> None:
+    """Say what a person should know besides the result."""
+    say(f"note: {text}", err=True)
+
+
 def say_raw(text: str) -> None:
     """Print what programs read: as it is, in UTF-8 whatever the terminal has."""
     stream = getattr(sys.stdout, "buffer", None)

@@ -9,8 +9,18 @@ from typing import Annotated, Any
 import typer
 
 from muslin import paths
-from muslin.cli.app import INTERRUPTED, Functions, Out, Quality, Setting, app, print_verdicts
-from muslin.cli.console import progress, say
+from muslin.cli.app import (
+    INTERRUPTED,
+    Cloth,
+    Functions,
+    Out,
+    Quality,
+    Scale,
+    Setting,
+    app,
+    print_verdicts,
+)
+from muslin.cli.console import note, progress, say
 from muslin.errors import MuslinError
 
 
@@ -24,7 +34,8 @@ class Road(str, Enum):
 @app.command()
 def simulate(
     scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")],
-    mesh: Annotated[Path | None, typer.Option(help="Another undeformed cloth.")] = None,
+    mesh: Cloth = None,
+    scale: Scale = None,
     functions: Functions = None,
     steps: Annotated[int | None, typer.Option(help="Time steps.")] = None,
     setting: Setting = None,
@@ -45,15 +56,14 @@ def simulate(
     from muslin import runtime, simulation
 
     if notice := runtime.choose(arch, precision):
-        say(f"note: {notice}", err=True)
+        note(notice)
     folder = out or Path("runs") / scene
     with progress(f"simulating {scene}") as tick:
         run = simulation.simulate(
             scene, functions=functions, steps=steps, mesh=mesh, energy=energy, hessian=hessian.value,
-            display=display, out=folder, resume=resume, on_step=tick, **_settings(setting),
+            display=display, out=folder, resume=resume, on_step=tick, on_notice=note,
+            **_settings(setting, scale=scale),
         )  # fmt: skip
-    for notice in run.mesh.notices:
-        say(f"note: {notice}", err=True)
     last = run.energies[-1]
     if run.interrupted:
         say(
@@ -142,8 +152,9 @@ def doctor() -> None:
         raise typer.Exit(1)
 
 
-def _settings(pairs: list[str] | None) -> dict[str, str]:
-    settings = {}
+def _settings(pairs: list[str] | None, **options: str | None) -> dict[str, str]:
+    """Scene parameters of `--set` and of options of their own, where given."""
+    settings = {name: value for name, value in options.items() if value is not None}
     for pair in pairs or ():
         key, equals, value = pair.partition("=")
         if not equals or not key.strip():

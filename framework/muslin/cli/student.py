@@ -8,8 +8,16 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from muslin import paths
-from muslin.cli.app import INTERRUPTED, Quality, Setting, app, chosen_tasks
-from muslin.cli.console import progress, say
+from muslin.cli.app import (
+    INTERRUPTED,
+    Cloth,
+    Quality,
+    Scale,
+    Setting,
+    app,
+    chosen_tasks,
+)
+from muslin.cli.console import note, progress, say
 from muslin.errors import MuslinError
 
 if TYPE_CHECKING:
@@ -69,8 +77,8 @@ def check(tasks: Tasks = None, functions: Functions = None) -> None:
             say("\n".join(checking.told(workspace, report, width)))
     green = sum(report.status == checking.GREEN for report in reports)
     say(checking.summary(workspace, reports))
-    for note in _news(workspace):
-        say(note)
+    for news in _news(workspace):
+        say(news)
     if workspace.started and green == len(names):
         following = standing.open_task(standing.standings(workspace), names[-1])
         if following is not None:
@@ -90,8 +98,8 @@ def list_(folder: Here = None) -> None:
     following = standing.open_task(standing.standings(workspace))
     if following is not None:
         say(f"Next: {following.task.name}, at {workspace.place(following.task.name)}")
-    for note in _news(workspace):
-        say(note)
+    for news in _news(workspace):
+        say(news)
 
 
 @app.command()
@@ -147,6 +155,8 @@ def _news(workspace: Workspace) -> list[str]:
 @app.command()
 def run(
     scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")] = "drape",
+    mesh: Cloth = None,
+    scale: Scale = None,
     functions: Functions = None,
     steps: Annotated[int | None, typer.Option(help="Time steps.")] = None,
     setting: Setting = None,
@@ -167,7 +177,8 @@ def run(
     from muslin.cli.simulating import _settings, _size
     from muslin.student import running
 
-    scenes.get(scene, **_settings(setting))  # what is misspelt is said before anything else
+    settings = _settings(setting, mesh=mesh, scale=scale)
+    scenes.get(scene, **settings)  # what is misspelt is said before anything else
     picture = _size(size)
     cast = running.cast(workspace, say)
     folder = out or workspace.folder / "runs" / scene
@@ -180,7 +191,8 @@ def run(
             tick,
             steps=steps,
             display=running.mesh(display),
-            **_settings(setting),
+            on_notice=note,
+            **settings,
         )
     say("\n".join(running.told(cast, result.uses)))
     last = result.energies[-1]

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from muslin.cli.app import Functions, Setting, app
+from muslin.cli.app import Cloth, Functions, Scale, Setting, app
 from muslin.cli.console import say
 from muslin.cli.simulating import _settings
 
@@ -23,6 +23,8 @@ class Backend(str, Enum):
 @app.command()
 def view(
     scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")] = "hang",
+    mesh: Cloth = None,
+    scale: Scale = None,
     functions: Functions = None,
     setting: Setting = None,
     port: Annotated[int, typer.Option(help="Port of the browser's page.", min=1, max=65535)] = 8080,
@@ -38,8 +40,9 @@ def view(
     from muslin import viewer
 
     viewer.view(
-        scene, functions, backend.value, port=port, open_page=not no_open, say=_say, **_settings(setting)
-    )
+        scene, functions, backend.value, port=port, open_page=not no_open, say=_say,
+        **_settings(setting, mesh=mesh, scale=scale),
+    )  # fmt: skip
 
 
 def _say(line: str) -> None:

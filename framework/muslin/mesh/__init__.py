@@ -8,9 +8,13 @@ is refused with a `MeshError` that names the file, the line or element, how many
 ==============  ============================================================================
 `surface`       `Mesh`, and what a simulator asks of triangles: areas, normals, edges, boundary
 `checks`        what a mesh must satisfy, and the messages when it does not
-`files`         `load` and `save`; meshio, kept on a short leash
-`text`          OBJ, OFF and ASCII PLY line by line, so that a message can name the line
+`files`         `load` and `save`, and the table of formats
+`text`          OBJ and OFF, line by line, so that a message can name the line
+`ply` `stl`     PLY and STL, as text and binary
+`vtk` `vtkxml`  VTK's files: legacy; VTU and VTP; `vtkcells` says which of their cells are faces
+`gmsh`          Gmsh, through meshio on a short leash
 `polygons`      what a file holds before it is triangles, and cutting polygons up
+`refusals`      the words for a file that cannot be read
 `shapes`        `grid`, `unstructured`, `sector`
 `shipped`       the meshes in data/meshes, as calls of the generators
 ==============  ============================================================================

@@ -113,7 +113,7 @@ def check_coordinates(vertices: np.ndarray, places: Places) -> None:
         lambda n: (
             f"{places.mesh}: {_count(n, 'vertex has', 'vertices have')} a coordinate that is not finite"
         ),
-        "Mend or remove these vertices, and the faces that use them.",
+        "Fix or remove these vertices, and the faces that use them.",
     )
     _refuse(
         (np.abs(vertices) > LARGEST).any(axis=1),

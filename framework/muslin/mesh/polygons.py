@@ -50,6 +50,22 @@ def by_corners(faces: list[list[int]]) -> list[tuple[np.ndarray, np.ndarray]]:
     return groups
 
 
+def strip_triangles(strip: np.ndarray) -> np.ndarray:
+    """Triangles (m, 3) of a triangle strip (k,), each wound like the first; a negative index begins another.
+
+    Strips turn corners by repeating a vertex; the empty triangles of that are left out.
+    """
+    ends = np.flatnonzero(strip < 0)
+    if len(ends):
+        return np.concatenate([strip_triangles(part[part >= 0]) for part in np.split(strip, ends)])
+    if len(strip) < 3:
+        return np.zeros((0, 3), dtype=np.int64)
+    triangles = np.stack([strip[:-2], strip[1:-1], strip[2:]], axis=1).astype(np.int64)
+    triangles[1::2] = triangles[1::2, [1, 0, 2]]
+    same = triangles == np.roll(triangles, 1, axis=1)
+    return triangles[~same.any(axis=1)]
+
+
 def triangulate(
     vertices: np.ndarray, faces: list[tuple[np.ndarray, np.ndarray]], places: Places
 ) -> tuple[np.ndarray, np.ndarray]:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,10 @@ class Mesh:
     name : str
     notices : tuple of str
         What was changed or left out on the way in, for a person to read.
+    numbers : (n,) int, optional
+        What the file calls each vertex, counting from 0, where some of its vertices were left out.
+    scale : float
+        What the file's coordinates were multiplied with.
 
     Notes
     -----
@@ -34,6 +38,53 @@ class Mesh:
     triangles: np.ndarray
     name: str = "mesh"
     notices: tuple[str, ...] = ()
+    numbers: np.ndarray | None = None
+    scale: float = 1.0
+
+    def find(self, numbers: Any) -> np.ndarray:
+        """Indices of vertices by their numbers in the file (which are the indices if none was left out).
+
+        Raises
+        ------
+        MeshError
+            If there is no such vertex, or it was left out.
+        """
+        wanted = np.atleast_1d(np.asarray(numbers, dtype=np.int64))
+        known = np.arange(len(self.vertices)) if self.numbers is None else self.numbers
+        at = np.minimum(np.searchsorted(known, wanted), len(known) - 1)
+        missing = wanted[known[at] != wanted]
+        if len(missing):
+            left_out = 0 <= missing[0] < known[-1]
+            raise MeshError(
+                f"The mesh {self.name!r} has no vertex {missing[0]}"
+                + (": it is in no triangle, and was left out." if left_out else "."),
+                f"Its vertices are numbered from {known[0]} to {known[-1]}.",
+            )
+        return at
+
+    def called(self, indices: np.ndarray) -> list[int]:
+        """Numbers in the file of vertices by their indices: the inverse of `find`."""
+        return list(map(int, indices if self.numbers is None else self.numbers[indices]))
+
+    def scaled(self, factor: float) -> Mesh:
+        """The mesh, this many times as large.
+
+        Raises
+        ------
+        MeshError
+            If it cannot be cloth at that size.
+        """
+        if factor == 1.0:
+            return self
+        X = self.vertices * factor
+        check_surface(X, self.triangles, Places(f"Mesh {self.name!r}, scaled by {factor:g}", file=False))
+        made = frozen(X, self.triangles, self.name, self.notices, self.numbers)
+        return replace(made, scale=self.scale * factor)
+
+    @property
+    def extent(self) -> float:
+        """Length of the longest side of the box around the mesh [m]."""
+        return float(np.ptp(self.vertices, axis=0).max())
 
     @classmethod
     def from_arrays(cls, vertices: Any, triangles: Any, name: str = "mesh") -> Mesh:
@@ -159,13 +210,19 @@ def _edges_and_times(triangles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return np.stack([key // n, key % n], axis=1).astype(np.int32), times
 
 
-def frozen(vertices: np.ndarray, triangles: np.ndarray, name: str, notices: tuple[str, ...] = ()) -> Mesh:
+def frozen(
+    vertices: np.ndarray,
+    triangles: np.ndarray,
+    name: str,
+    notices: tuple[str, ...] = (),
+    numbers: np.ndarray | None = None,
+) -> Mesh:
     """Mesh of private, read-only copies of these (checked) arrays."""
     X = np.array(vertices, dtype=np.float64, order="C")
     T = np.array(triangles, dtype=np.int32, order="C")
     X.setflags(write=False)
     T.setflags(write=False)
-    return Mesh(X, T, name, notices)
+    return Mesh(X, T, name, notices, numbers)
 
 
 def flat_to_3d(points: np.ndarray, title: str) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -123,6 +123,7 @@ SCENE = Cape(
     name="cape",
     title="A cape in motion",
     mesh="cape",
+    size=1.96,
     pinned="collar",
     mu=2e3,
     lam=2e3,

@@ -4,7 +4,7 @@ Nothing but gravity acts, so the centre of mass of each must fall exactly as a s
 steps would, and the cloth at rest must stay at rest in its own frame.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -29,7 +29,11 @@ class FreeFall(Scene):
         aside = np.array([1.3 * np.ptp(mesh.vertices[:, 0]), 0.0, 0.0])
         vertices = np.concatenate([mesh.vertices - aside / 2, mesh.vertices + aside / 2])
         triangles = np.concatenate([mesh.triangles, mesh.triangles + len(mesh.vertices)])
-        return Mesh.from_arrays(vertices, triangles, name=mesh.name)
+        both = Mesh.from_arrays(vertices, triangles, name=mesh.name)
+        numbers = mesh.numbers
+        if numbers is not None:  # the second cloth's go on where the first's end
+            numbers = np.concatenate([numbers, numbers + numbers[-1] + 1])
+        return replace(both, notices=mesh.notices, numbers=numbers, scale=mesh.scale)
 
 
 def curled(scene: FreeFall, mesh: Mesh) -> np.ndarray:

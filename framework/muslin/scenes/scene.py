@@ -69,6 +69,7 @@ class Scene:
     name: str
     title: str
     mesh: str = "grid"  # "grid", a mesh Muslin ships, or a file
+    scale: str = "1"  # of the mesh: a factor on its coordinates, or "fit" for the size the scene is made for
     resolution: int = 64  # vertices along each side of a grid
     pinned: str = "none"  # none, highest-row, corners, collar, or vertex numbers
     E: float | None = None  # Young's modulus [Pa] and Poisson's ratio, or the Lamé parameters
@@ -107,6 +108,7 @@ class Scene:
     camera: str = "fit"  # "fit" the whole motion, or "follow" the cloth
     ground: float | None = None  # height of the ground in the picture
     floor: bool = False  # whether the ground is solid
+    size: float = 1.0  # longest side of the cloth the scene is made for [m]
     start: Callable[[Any, Mesh], np.ndarray] = as_it_is
     colliders: Callable[[Any, float], tuple[Collider, ...]] = sphere_and_floor
     carried: Callable[[Any, np.ndarray, float], np.ndarray] | None = (
@@ -129,11 +131,19 @@ class Scene:
     def load_mesh(self) -> Mesh:
         """The undeformed cloth."""
         if self.mesh == "grid":
-            return meshes.grid(
-                self.resolution, self.resolution, name=f"grid {self.resolution}x{self.resolution}"
-            )
+            n = self.resolution
+            return self.scaled(meshes.grid(n, n, name=f"grid {n}x{n}"))
         shipped = paths.meshes() / f"{self.mesh}.obj"
-        return meshes.load(shipped if shipped.is_file() and not Path(self.mesh).exists() else self.mesh)
+        file = shipped if shipped.is_file() and not Path(self.mesh).exists() else self.mesh
+        return self.scaled(meshes.load(file))
+
+    def scaled(self, mesh: Mesh) -> Mesh:
+        """A mesh at the scene's `scale`."""
+        return mesh.scaled(self.factor(mesh))
+
+    def factor(self, mesh: Mesh) -> float:
+        """What `scale` multiplies a mesh's coordinates with."""
+        return self.size / mesh.extent if self.scale == "fit" else _number(self.scale)
 
     def pinned_vertices(self, mesh: Mesh) -> np.ndarray:
         """Numbers of the vertices that are held.
@@ -145,20 +155,66 @@ class Scene:
         """
         X = mesh.vertices
         if self.pinned in PINS:
-            return PINS[self.pinned](X, float(np.ptp(X, axis=0).max()))
-        try:
-            chosen = np.array([int(word) for word in str(self.pinned).replace(",", " ").split()], dtype=int)
-        except ValueError:
+            held = PINS[self.pinned](X, mesh.extent)
+        else:
+            try:
+                numbers = [int(word) for word in str(self.pinned).replace(",", " ").split()]
+            except ValueError:
+                raise MuslinError(
+                    f"pinned = {self.pinned!r} is not understood.",
+                    f"Write one of {', '.join(PINS)}, or vertex numbers such as 0,19.",
+                ) from None
+            held = np.unique(mesh.find(np.array(numbers, dtype=np.int64)))
+        if len(held) == len(X):
+            flat = self.pinned in PINS and np.ptp(X[:, 1]) <= 1e-6 * mesh.extent
+            why = " (it is flat: y is the same everywhere)" if flat else ""
             raise MuslinError(
-                f"pinned = {self.pinned!r} is not understood.",
-                f"Write one of {', '.join(PINS)}, or vertex numbers such as 0,19.",
-            ) from None
-        if len(chosen) and not (chosen.min() >= 0 and chosen.max() < len(X)):
-            raise MuslinError(f"pinned = {self.pinned!r}: this mesh has vertices 0 to {len(X) - 1}.")
-        return np.unique(chosen)
+                f"pinned = {self.pinned!r} holds all {len(X)} vertices of {mesh.name!r}{why}, "
+                "so that nothing can move.",
+                f"Hold fewer: --set pinned=corners, or vertex numbers such as {_two_ends(mesh)}."
+                + (" Or turn the mesh so that y points up." if why else ""),
+            )
+        return held
+
+    def remarks(self, mesh: Mesh, held: np.ndarray) -> tuple[str, ...]:
+        """What a person should know of a mesh in this scene before it is simulated.
+
+        What was left out or changed when it was read, and a size or pins that do not fit the scene.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            As the scene takes it, scaled.
+        held : (k,) int
+            The vertices that are held.
+        """
+        said = list(mesh.notices)
+        if not self.size / FAR_OFF < mesh.extent < self.size * FAR_OFF:
+            meets = f", and the sphere's radius is {self.sphere_radius:g} m" if self.sphere else ""
+            said.append(
+                f"The cloth {mesh.name!r} is {mesh.extent:.3g} m across; the scene {self.name!r} is made for "
+                f"one of {self.size:.3g} m{meets}. If the mesh is not in metres, scale it: --scale 0.001 from "
+                "millimetres, --scale 0.01 from centimetres, or --scale fit."
+            )
+        if self.pinned == "corners" and len(held) < 2:
+            where = ", ".join(str(n) for n in mesh.called(held))
+            said.append(
+                f"pinned = 'corners' holds {len(held)} vertex of {mesh.name!r} (number {where}), not two: "
+                f"no other is as high. To hold others: {_two_ends(mesh)}, by their numbers from 0."
+            )
+        return tuple(said)
 
 
-_FIXED = {"name", "title", "start", "colliders", "carried"}
+def _two_ends(mesh: Mesh) -> str:
+    """A setting that pins the two vertices farthest apart in x."""
+    x = mesh.vertices[:, 0]
+    ends = mesh.called(np.array([np.argmin(x), np.argmax(x)]))
+    return f"--set pinned={','.join(map(str, ends))}"
+
+
+#: How many times larger or smaller than a scene's own a cloth may be before that is remarked upon.
+FAR_OFF = 10.0
+_FIXED = {"name", "title", "size", "start", "colliders", "carried"}
 
 
 def _none(X: np.ndarray, size: float) -> np.ndarray:
@@ -172,7 +228,7 @@ def _highest_row(X: np.ndarray, size: float) -> np.ndarray:
 def _corners(X: np.ndarray, size: float) -> np.ndarray:
     """The two upper corners: extreme in x among the highest row."""
     row = _highest_row(X, size)
-    return row[[int(np.argmin(X[row, 0])), int(np.argmax(X[row, 0]))]]
+    return np.unique(row[[int(np.argmin(X[row, 0])), int(np.argmax(X[row, 0]))]])
 
 
 def _collar(X: np.ndarray, size: float) -> np.ndarray:
@@ -215,6 +271,8 @@ def override(scene: Scene, **values: Any) -> Scene:
         if not getattr(changed, name) > low:
             wanted = "positive" if low == 0 else f"at least {low + 1}"
             raise MuslinError(f"{name} = {getattr(changed, name)} must be {wanted}.")
+    if changed.scale != "fit" and not _convert("scale", changed.scale, "float") > 0:
+        raise MuslinError(f"scale = {changed.scale} must be positive.", "Write a factor, or fit.")
     if changed.camera not in ("fit", "follow"):
         raise MuslinError(f"camera = {changed.camera!r} is not understood.", "Write fit or follow.")
     if changed.contact not in CONTACT:

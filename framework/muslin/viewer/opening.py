@@ -70,6 +70,8 @@ def view(
     if functions is not None:
         say("Trying your functions on the public cases ...")
     session = begin(scene, functions, **parameters)
+    for remark in session.scene.remarks(session.model.cloth.mesh, session.model.held):
+        say(f"note: {remark}")
     for line in session.credits():
         say(line)
     if backend == "window":
