@@ -1,8 +1,6 @@
 """Submissions are found in every platform's layout, and no two students are taken for one."""
 
-import io
 import os
-import tarfile
 import zipfile
 
 import pytest
@@ -10,7 +8,7 @@ import pytest
 from muslin import tasks
 from muslin.classes import finding
 from muslin.errors import MuslinError
-from muslin.grading.submission import collect
+from muslin.grading.submission import collect, gather
 
 TABLE = tasks.assignment("cloth")
 
@@ -33,11 +31,9 @@ def found(folder):
     return {s.key: s for s in submissions}
 
 
-def handed(submission, tmp_path):
+def handed(submission):
     """The task files the grader sees."""
-    path = tmp_path / "handed"
-    path.write_bytes(finding.payload(submission, TABLE))
-    return collect(path, TABLE)
+    return gather(submission.sources, submission.name, TABLE)
 
 
 def test_a_folder_or_an_archive_per_student(tmp_path):
@@ -52,7 +48,7 @@ def test_a_folder_or_an_archive_per_student(tmp_path):
     ]
     assert notes == ["read me.txt: neither a folder nor an archive"]
     for submission in submissions:
-        assert list(handed(submission, tmp_path).files) == ["stress.py"]
+        assert list(handed(submission).files) == ["stress.py"]
 
 
 def test_canvas_names(tmp_path):
@@ -72,9 +68,10 @@ def test_canvas_gives_each_upload_by_itself(tmp_path):
     put(tmp_path / "class/roe_2_103_collision.py")
     students = found(tmp_path / "class")
     assert students.keys() == {"doejane-1", "roe-2"}
-    files = handed(students["doejane-1"], tmp_path).files
+    files = handed(students["doejane-1"]).files
     assert files == {"stress.py": b"new = 1\n", "collision.py": b"x = 1\n"}
-    assert students["doejane-1"].notes == ("stress.py was handed in more than once; the newest was graded.",)
+    notes = handed(students["doejane-1"]).about.notes
+    assert notes == ("stress.py was handed in 2 times; the newest was graded.",)
 
 
 def test_moodle_folders_and_files(tmp_path):
@@ -86,7 +83,7 @@ def test_moodle_folders_and_files(tmp_path):
     assert [(k, s.name) for k, s in students.items()] == [
         ("ann-poe-14", "Ann Poe"), ("jane-doe-12", "Jane Doe"), ("john-roe-13", "John Roe"),
     ]  # fmt: skip
-    assert list(handed(students["ann-poe-14"], tmp_path).files) == ["collision.py"]
+    assert list(handed(students["ann-poe-14"]).files) == ["collision.py"]
 
 
 def test_gradescope_takes_names_and_groups_from_the_metadata(tmp_path):
@@ -134,7 +131,7 @@ def test_the_same_files_give_the_same_bytes_whenever_and_wherever(tmp_path):
         os.utime(tmp_path / where / "Jane/stress.py", (len(where), len(where)))
     (tmp_path / "b/Jane/stress.py").chmod(0o600)
     first, second = (found(tmp_path / where)["jane"] for where in ("a", "b"))
-    assert finding.payload(first, TABLE) == finding.payload(second, TABLE)
+    assert handed(first) == handed(second)
 
 
 def test_links_lead_nowhere(tmp_path):
@@ -145,21 +142,20 @@ def test_links_lead_nowhere(tmp_path):
     submissions, notes = finding.find(tmp_path / "class", TABLE)
     assert [s.name for s in submissions] == ["Jane"]
     assert notes == ["John: a link"]
-    assert b"secret" not in finding.payload(submissions[0], TABLE)
-    assert "link" in handed(submissions[0], tmp_path).refused["stress.py"]
+    assert not any(b"secret" in data for data in handed(submissions[0]).files.values())
+    assert "link" in handed(submissions[0]).refused["stress.py"]
 
 
 def test_what_the_grader_would_refuse_it_still_refuses(tmp_path):
     put(tmp_path / "class/Jane/a/stress.py")
-    put(tmp_path / "class/Jane/b/stress.py")
+    put(tmp_path / "class/Jane/b/stress.py", "x = 2\n")
     put(tmp_path / "class/Jane/collision.py", "#" * 1_000_001)
     put(tmp_path / "class/Jane/numpy.py", "evil = 1\n")
     submission = found(tmp_path / "class")["jane"]
-    direct, through = collect(tmp_path / "class/Jane", TABLE), handed(submission, tmp_path)
+    direct, through = collect(tmp_path / "class/Jane", TABLE), handed(submission)
     assert through.refused == direct.refused
     assert through.about.notes == direct.about.notes
-    with tarfile.open(fileobj=io.BytesIO(finding.payload(submission, TABLE))) as archive:
-        assert archive.getmember("numpy.py").size == 0
+    assert not through.files
 
 
 @pytest.mark.parametrize(

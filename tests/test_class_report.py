@@ -19,7 +19,7 @@ from muslin.classes.finding import Student, Submission
 from muslin.classes.gradebook import Row
 from muslin.classes.overrides import Override
 from muslin.classes.press import Printed
-from muslin.classes.similarity import Pair
+from muslin.classes.similarity import Alike, Pair
 from muslin.classes.work import Job, Result, Terms
 from muslin.errors import MuslinError
 
@@ -54,7 +54,8 @@ def hostile_class(host="http://127.0.0.1:9"):
 
 def rendered(rows):
     printed = {r.key: Printed(PNG if r.key != "c" else b"", "There was <b>no run</b>.") for r in rows[:4]}
-    return page.render(rows, TABLE, printed, [Pair("a", "b", 12, 0.5, ("stress.py",))])
+    pairs = (Pair("a", "b", 12, 0.5, ("stress.py",)),)
+    return page.render(rows, TABLE, printed, Alike(pairs, {"a": ("stress.py",)}), ["<b>: a link"])
 
 
 # The table -------------------------------------------------------------------------------------------------
@@ -111,9 +112,9 @@ def test_students_are_meant_by_name_number_or_key(tmp_path):
         'Student,Task,Score,Reason,more\njim,phi,5,late bus,x\n2,,30,"a, b"\n\njane-doe-1,psi,0,copied\n',
     )
     assert read == {
-        "jim": (Override("phi", 5, "late bus"),),
-        "jane-doe-2": (Override("", 30, "a, b"),),
-        "jane-doe-1": (Override("psi", 0, "copied"),),
+        "jim": (Override("phi", 5, "late bus", 5),),
+        "jane-doe-2": (Override("", 30, "a, b", 100),),
+        "jane-doe-1": (Override("psi", 0, "copied", 5),),
     }
 
 
@@ -123,13 +124,12 @@ def test_students_are_meant_by_name_number_or_key(tmp_path):
         ("Jane Doe,phi,5,x", "may be jane-doe-1, jane-doe-2"),
         ("Jin,phi,5,x", "line 2: there is no student 'Jin'; did you mean 'jim'"),
         ("jim,phy,5,x", "there is no task 'phy'; did you mean 'phi'"),
-        ("jim,phi,5.1,x", "no number from 0 to 5"),
-        ("jim,phi,nan,x", "no number from 0 to 5"),
-        ("jim,phi,-1,x", "no number from 0 to 5"),
-        ("jim,phi,five,x", "no number from 0 to 5"),
-        ("jim,,101,x", "no number from 0 to 100"),
+        ("jim,phi,nan,x", "no number from 0"),
+        ("jim,phi,inf,x", "no number from 0"),
+        ("jim,phi,-1,x", "no number from 0"),
+        ("jim,phi,five,x", "no number from 0"),
         ("jim,phi,5,", "no reason"),
-        ("jim,phi", "no number"),
+        ("jim,phi", "neither a score nor a comment"),
         ("jim,phi,5,x\njim,phi,4,y", "line 3: this score is set in an earlier line"),
     ],
 )
@@ -191,7 +191,7 @@ def test_one_that_fails_never_stops_the_rest():
         return Result(job.key, error="fine")
 
     with engines.local(2) as (pool, width, _):
-        jobs = (Job(str(k), "", b"") for k in range(5))
+        jobs = (Job(str(k), None) for k in range(5))
         found = {r.key: r for r in engines.results(pool, width, function, Terms("cloth", ""), jobs)}
     assert found.keys() == set("01234")
     assert found["2"].error == "Its worker was lost: RuntimeError: lost"
@@ -246,7 +246,7 @@ def test_the_page_is_closed_and_loads_nothing():
 
 def test_a_class_without_anything_still_has_a_page():
     assert not Page(
-        re.sub(r"<input[^>]*>", "", page.render([row("e", "Eve", None, "no")], TABLE, {}, []))
+        re.sub(r"<input[^>]*>", "", page.render([row("e", "Eve", None, "no")], TABLE, {}, Alike()))
     ).open
 
 

@@ -1,41 +1,31 @@
 """Which student handed in what: layouts of learning platforms become one list of submissions.
 
-Nothing is unpacked here. A submission is handed on as one archive in memory (`payload`): the student's own, or a
-tar of the task files where they lie about as files.
+Nothing is opened here but folders: what is in a submission is for `muslin.grading.submission.gather` to see.
 """
 
 from __future__ import annotations
 
 import hashlib
-import io
 import os
 import re
-import stat
-import tarfile
 import unicodedata
 from collections import Counter
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from muslin import paths
+from muslin.classes.layouts import METADATA, Member, claimed, members
 from muslin.errors import MuslinError
-from muslin.grading.submission import LARGEST_ARCHIVE, LARGEST_FILE, MOST_ENTRIES
+from muslin.grading.submission import Source
+from muslin.grading.unpacking import ARCHIVES, LITTER, ignored, readable
 from muslin.tasks import Assignment
 
-ARCHIVES = (".zip", ".tar", ".tgz", ".tar.gz", ".tar.bz2", ".tar.xz", ".tbz2", ".txz")
+#: What a student may have handed in instead of an archive; other files beside the submissions are none.
+_DOCUMENTS = re.compile(r"\.(py|ipynb|pdf|docx?|odt|rtf|pages|html?)$", re.IGNORECASE)
 
-#: Folders nobody hands in on purpose; hidden ones are passed over as well.
-_IGNORED = {"__MACOSX", "__pycache__", "node_modules", "venv", "env"}
-
-#: Platforms by how they name what is handed in. `rest` is the student's own file name.
-_PLATFORMS: Mapping[str, re.Pattern[str]] = {
-    "Canvas": re.compile(r"(?P<name>[^_]+)_(?P<late>LATE_)?(?P<id>\d+)_(?P<upload>\d+)_(?P<rest>.+)", re.S),
-    "Moodle": re.compile(r"(?P<name>.+?)_(?P<id>\d+)_assignsubmission_file_?(?P<rest>.*)", re.S),
-    "Gradescope": re.compile(r"submission_(?P<id>\d+)"),
-}
-_METADATA = "submission_metadata.yml"
+#: How deep the folder of a download may lie in others, and how many folders of a student are looked into to tell.
+_DEEPEST, _MOST_LOOKED_AT = 3, 200
 
 
 @dataclass(frozen=True)
@@ -56,17 +46,18 @@ class Submission:
         Letters, digits and hyphens; unique in the class and the same in every run.
     students : tuple of Student
         Usually one; a group where the platform knows groups.
-    files : tuple of (str, Path)
-        Where each lies, by its path inside the submission; or a single archive.
+    sources : tuple of Source
+        Files and folders; empty if the platform knows of a submission that is not there.
     late : bool
-    notes : tuple of str
+    time : str
+        When it was handed in, where the platform says so.
     """
 
     key: str
     students: tuple[Student, ...]
-    files: tuple[tuple[str, Path], ...]
+    sources: tuple[Source, ...]
     late: bool = False
-    notes: tuple[str, ...] = ()
+    time: str = ""
 
     @property
     def name(self) -> str:
@@ -76,15 +67,14 @@ class Submission:
 
 @dataclass
 class _Pile:
-    """Top-level entries of one student, on the way to a submission."""
+    """Entries of one student, on the way to a submission; `origin` is where the first lies."""
 
     name: str
+    origin: str
     id: str = ""
     late: bool = False
-    source: str = ""
-    files: list[tuple[int, str, Path]] = field(default_factory=list)  # (upload, path inside, path)
-    folders: list[Path] = field(default_factory=list)
-    students: tuple[Student, ...] = ()
+    sources: list[Source] = field(default_factory=list)
+    member: Member | None = None
 
 
 def find(folder: Path | str, table: Assignment) -> tuple[list[Submission], list[str]]:
@@ -93,7 +83,7 @@ def find(folder: Path | str, table: Assignment) -> tuple[list[Submission], list[
     Parameters
     ----------
     folder : path
-        As a platform's export unpacks, or with a folder or an archive per student.
+        As a platform's export unpacks, or with a folder or an archive per student; or a folder with such in it.
     table : Assignment
 
     Raises
@@ -105,60 +95,29 @@ def find(folder: Path | str, table: Assignment) -> tuple[list[Submission], list[
     if not folder.is_dir():
         hint = "Unpack the platform's download first." if folder.is_file() else "Name the folder they lie in."
         raise MuslinError(f"{paths.shown(folder)} is not a folder of submissions.", hint)
-    entries = sorted((e for e in os.scandir(folder) if not e.name.startswith(".")), key=lambda e: e.name)
-    if any(entry.name in table.files for entry in entries):
-        raise MuslinError(
-            f"{paths.shown(folder)} holds task files: it is one submission, not a folder of them.",
-            f"Grade it with: muslin grade {paths.shown(folder)}",
-        )
-    prefix = _github_prefix(entries, table)
-    members = _gradescope_members(folder / _METADATA)
-    piles: dict[tuple[str, str], _Pile] = {}
-    passed_over = []
-    for entry in entries:
-        if entry.is_symlink():
-            passed_over.append(f"{entry.name}: a link")
-        elif (claimed := _claimed(entry)) is not None:
-            name, id, late, upload, inside = claimed
-            pile = piles.setdefault((name, id), _Pile(name, id, source=entry.name))
-            pile.late |= late
-            pile.students = members.get(entry.name, pile.students)
-            if entry.is_dir(follow_symlinks=False):
-                pile.folders.append(Path(entry.path))
-            else:
-                pile.files.append((upload, inside or entry.name, Path(entry.path)))
-        elif entry.is_dir(follow_symlinks=False) and entry.name not in _IGNORED:
-            name = entry.name.removeprefix(prefix)
-            piles["", entry.name] = _Pile(name, source=entry.name, folders=[Path(entry.path)])
-        elif entry.name.lower().endswith(ARCHIVES):
-            name = _stem(entry.name).removeprefix(prefix)
-            files = [(0, entry.name, Path(entry.path))]
-            piles["", entry.name] = _Pile(name, source=entry.name, files=files)
-        elif entry.name != _METADATA:
-            passed_over.append(f"{entry.name}: neither a folder nor an archive")
+    try:
+        if any(entry.name in table.files for entry in _visible(folder)):
+            raise MuslinError(
+                f"{paths.shown(folder)} holds task files: it is one submission, not a folder of them.",
+                f"Grade it with: muslin grade {paths.shown(folder)}",
+            )
+        piles: list[_Pile] = []
+        notes: list[str] = []
+        homes = _homes(folder, table)
+        notes += [f"{paths.shown(home)}: taken for the download" for home in homes if home != folder]
+        for home in homes:
+            piles += _piles(home, homes, table, notes)
+    except OSError as error:
+        raise MuslinError(f"{paths.shown(folder)} cannot be read: {error.strerror}.") from None
     if not piles:
         raise MuslinError(
             f"There is no submission in {paths.shown(folder)}.",
             "It should hold a folder or an archive for each student, or what Canvas, Moodle, Gradescope or GitHub "
             "Classroom let you download.",
         )
-    return _with_keys([_settled(pile, table) for pile in piles.values()], list(piles.values())), passed_over
-
-
-def payload(submission: Submission, table: Assignment) -> bytes:
-    """The submission as the bytes of one archive; the same files give the same bytes.
-
-    Raises
-    ------
-    MuslinError
-        If it cannot be read, or is too large.
-    """
-    try:
-        if len(submission.files) == 1 and submission.files[0][0].lower().endswith(ARCHIVES):
-            return _read(submission.files[0][1], LARGEST_ARCHIVE)
-        return _packed(submission.files, table)
-    except OSError as error:
-        raise MuslinError(f"It cannot be read: {error.strerror or error}.") from None
+    keys = _keys(piles, folder)
+    submissions = [_submission(pile, key) for pile, key in zip(piles, keys, strict=True)]
+    return sorted(submissions, key=lambda s: (s.name.casefold(), s.key)), notes
 
 
 def tidy_name(text: str) -> str:
@@ -172,21 +131,135 @@ def slug(text: str) -> str:
     return re.sub(r"[^a-z0-9]+", "-", plain).strip("-")[:60].rstrip("-")
 
 
-def _stem(name: str) -> str:
-    ending = max((e for e in ARCHIVES if name.lower().endswith(e)), key=len, default="")
-    return name[: len(name) - len(ending)] if ending else name
+# The folder of a download ---------------------------------------------------------------------------------
 
 
-def _claimed(entry: os.DirEntry[str]) -> tuple[str, str, bool, int, str] | None:
-    """What a platform's name of an entry says: name, id, late, number of the upload, path inside."""
-    for platform, pattern in _PLATFORMS.items():
-        match = pattern.fullmatch(entry.name)
-        if match is None or (platform == "Canvas" and entry.is_dir()):
+def _homes(folder: Path, table: Assignment, deep: int = _DEEPEST) -> list[Path]:
+    """The folders whose entries are submissions: this one, or those in it that are a platform's download."""
+    if _from_platform(folder):
+        return [folder]
+    inside = [Path(entry.path) for entry in _visible(folder) if entry.is_dir(follow_symlinks=False)]
+    if downloads := [path for path in inside if _from_platform(path)]:
+        return [folder, *downloads]
+    if deep and len(inside) == 1 and not any(_may_be_handed_in(entry) for entry in _visible(folder)):
+        if _several(inside[0], table):
+            return inside
+        deeper = _homes(inside[0], table, deep - 1)
+        if deeper != inside:
+            return deeper
+    return [folder]
+
+
+def _visible(folder: Path) -> list[os.DirEntry[str]]:
+    """Entries that a person put there, in the order of their names."""
+    with os.scandir(folder) as scan:
+        entries = [e for e in scan if not e.name.startswith(".") and e.name.lower() not in LITTER]
+    return sorted((e for e in entries if not ignored(e.name)), key=lambda e: os.fsencode(e.name))
+
+
+def _from_platform(folder: Path) -> bool:
+    """Whether names in a folder are a platform's."""
+    try:
+        entries = _visible(folder)
+    except OSError:
+        return False
+    if any(entry.name == METADATA for entry in entries):
+        return True
+    named = sum(claimed(readable(e.name), e.is_dir(follow_symlinks=False)) is not None for e in entries)
+    return named >= 2 or 0 < named == len(entries)
+
+
+def _several(folder: Path, table: Assignment) -> bool:
+    """Whether a folder holds the work of several students: archives, or the same task file again and again."""
+    try:
+        entries = _visible(folder)
+    except OSError:
+        return False
+    if any(entry.name in table.files for entry in entries):
+        return False
+    if sum(bool(ARCHIVES.search(entry.name)) for entry in entries) >= 2:
+        return True
+    held: Counter[str] = Counter()
+    for entry in entries:
+        if entry.is_dir(follow_symlinks=False):
+            held.update({*_task_files(Path(entry.path), table), *_repository(Path(entry.path))})
+    return max(held.values(), default=0) >= 2
+
+
+def _repository(folder: Path) -> set[str]:
+    return {".git"} if (folder / ".git").exists() else set()
+
+
+def _task_files(folder: Path, table: Assignment) -> set[str]:
+    waiting, found = [folder], set()
+    for path in waiting:
+        try:
+            entries = _visible(path)
+        except OSError:
             continue
-        said = match.groupdict()
-        name = tidy_name(said.get("name") or entry.name)
-        return name, said["id"], bool(said.get("late")), int(said.get("upload") or 0), said.get("rest") or ""
-    return None
+        found |= {entry.name for entry in entries if entry.name in table.files}
+        if not found and len(waiting) < _MOST_LOOKED_AT:
+            waiting += [Path(entry.path) for entry in entries if entry.is_dir(follow_symlinks=False)]
+    return found
+
+
+# What lies in it ------------------------------------------------------------------------------------------
+
+
+def _piles(home: Path, homes: Sequence[Path], table: Assignment, notes: list[str]) -> Iterator[_Pile]:
+    """What each student has in a folder; other folders with submissions in it, and what they came in, left out."""
+    entries = [entry for entry in _visible(home) if Path(entry.path) not in homes]
+    inside = {path.name for path in homes if path.parent == home}
+    came_in = [entry for entry in entries if ARCHIVES.search(entry.name) and _stem(entry.name) in inside]
+    notes += [f"{readable(entry.name)}: the download, which is unpacked beside it" for entry in came_in]
+    entries = [entry for entry in entries if entry not in came_in]
+    prefix = _github_prefix(entries, table)
+    known = members(home / METADATA)
+    piles: dict[tuple[str, str], _Pile] = {}
+    for entry in entries:
+        name, folder = readable(entry.name), entry.is_dir(follow_symlinks=False)
+        claim = claimed(name, folder)
+        if entry.is_symlink():
+            notes.append(f"{name}: a link")
+        elif claim is not None:
+            key = (tidy_name(claim.name), claim.id)
+            pile = piles.setdefault(key, _Pile(claim.name, entry.path, claim.id))
+            pile.late |= claim.late
+            pile.member = known.pop(name, pile.member)
+            own = "" if folder else _before_canvas(claim.inside or name, table)
+            pile.sources.append(Source(Path(entry.path), own, claim.upload))
+        elif folder or _may_be_handed_in(entry):
+            stem = name if folder else _stem(name)
+            pile = piles.setdefault(("", stem), _Pile(stem.removeprefix(prefix), entry.path))
+            pile.sources.append(Source(Path(entry.path), "" if folder else name))
+        elif entry.name != METADATA:
+            notes.append(f"{name}: neither a folder nor an archive")
+    for name, member in known.items():
+        if member.students:
+            piles["", f"{METADATA} {name}"] = _Pile(name, str(home / name), _number(name), member=member)
+    yield from piles.values()
+
+
+def _may_be_handed_in(entry: os.DirEntry[str]) -> bool:
+    """Whether a file may be a student's submission."""
+    if entry.is_dir(follow_symlinks=False):
+        return False
+    return bool(ARCHIVES.search(entry.name) or _DOCUMENTS.search(entry.name))
+
+
+def _stem(name: str) -> str:
+    """A name without what says that it is an archive or a document."""
+    return _DOCUMENTS.sub("", ARCHIVES.sub("", name)) or name
+
+
+def _before_canvas(name: str, table: Assignment) -> str:
+    """A task file's own name: Canvas numbers what is handed in again (`stress-1.py`)."""
+    plain = re.sub(r"-\d+(?=\.py$)", "", name)
+    return plain if plain in table.files else name
+
+
+def _number(name: str) -> str:
+    return name.rpartition("_")[2]
 
 
 def _github_prefix(entries: Sequence[os.DirEntry[str]], table: Assignment) -> str:
@@ -201,143 +274,29 @@ def _github_prefix(entries: Sequence[os.DirEntry[str]], table: Assignment) -> st
     return prefix if cloned or prefix.startswith(table.name) else ""
 
 
-def _gradescope_members(path: Path) -> dict[str, tuple[Student, ...]]:
-    """Students by submission, from Gradescope's metadata."""
-    if not path.is_file():
-        return {}
-    try:
-        import yaml
-    except ImportError:
-        raise MuslinError(
-            f"To read the students' names in {path.name}, PyYAML is needed.",
-            "Install it with: pip install 'muslin[class]'",
-        ) from None
-    try:
-        text = path.read_text(encoding="utf-8")
-        data = yaml.load(text, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
-    except (OSError, ValueError, yaml.YAMLError, RecursionError) as error:
-        raise MuslinError(f"{paths.shown(path)} cannot be read: {str(error).splitlines()[0]}.") from None
-    members = {}
-    for name, about in data.items() if isinstance(data, dict) else ():
-        listed = _symbol(about, "submitters")
-        students = tuple(
-            Student(
-                tidy_name(str(_symbol(s, "name") or name)),
-                str(_symbol(s, "sid") or _symbol(s, "email") or ""),
-            )
-            for s in (listed if isinstance(listed, list) else ())
-        )
-        if students:
-            members[str(name)] = students
-    return members
+# Who it is ------------------------------------------------------------------------------------------------
 
 
-def _symbol(data: Any, key: str) -> Any:
-    """An entry of Gradescope's metadata, whose keys are Ruby symbols."""
-    return data.get(f":{key}", data.get(key)) if isinstance(data, dict) else None
+def _submission(pile: _Pile, key: str) -> Submission:
+    listed = pile.member.students if pile.member else ()
+    students = tuple(Student(tidy_name(name), id) for name, id in listed)
+    students = students or (Student(tidy_name(pile.name), pile.id),)
+    time = pile.member.time if pile.member else ""
+    return Submission(key, students, tuple(pile.sources), pile.late, time)
 
 
-def _settled(pile: _Pile, table: Assignment) -> Submission:
-    """Which of the files of a student are the submission."""
-    notes: list[str] = []
-    loose = [(upload, _own_name(inside, table), path) for upload, inside, path in pile.files]
-    files = _newest(loose, notes) if loose else []
-    for folder in pile.folders:
-        files += list(_walk(folder))
-    wanted = [(inside, path) for inside, path in files if Path(inside).name in table.files]
-    archives = [(inside, path) for inside, path in files if inside.lower().endswith(ARCHIVES)]
-    if wanted or not archives:
-        if archives:
-            notes.append(f"{archives[0][0]} was not opened: there are task files beside it.")
-        chosen = [(i, p) for i, p in files if i.endswith(".py") or Path(i).name in table.files]
-    else:
-        chosen = archives[-1:]
-        if len(archives) > 1:
-            notes.append(f"There are {len(archives)} archives; {chosen[0][0]} was graded.")
-    students = pile.students or (Student(tidy_name(pile.name), pile.id),)
-    return Submission("", students, tuple(chosen), pile.late, tuple(notes))
-
-
-def _own_name(inside: str, table: Assignment) -> str:
-    """A task file's own name: Canvas numbers what is handed in again (`stress-1.py`)."""
-    plain = re.sub(r"(?:-\d+| ?\(\d+\))(?=\.py$)", "", inside)
-    return plain if plain in table.files else inside
-
-
-def _newest(loose: list[tuple[int, str, Path]], notes: list[str]) -> list[tuple[str, Path]]:
-    """The newest upload of each name; the newest archive last."""
-    newest: dict[str, Path] = {}
-    for _, inside, path in sorted(loose, key=lambda f: (f[0], f[1], f[2].name)):
-        if newest.pop(inside, None) is not None:
-            notes.append(f"{inside} was handed in more than once; the newest was graded.")
-        newest[inside] = path
-    return list(newest.items())
-
-
-def _walk(root: Path) -> Iterator[tuple[str, Path]]:
-    """Files and links below a folder by their path in it, in the order of their names."""
-    waiting, count = [root], 0
-    while waiting:
-        folder = waiting.pop(0)
-        try:
-            found = sorted(os.scandir(folder), key=lambda e: e.name)
-        except OSError:
-            continue
-        for entry in found:
-            count += 1
-            if count > MOST_ENTRIES:
-                return
-            if not entry.is_dir(follow_symlinks=False):
-                yield Path(entry.path).relative_to(root).as_posix(), Path(entry.path)
-            elif entry.name not in _IGNORED and not entry.name.startswith("."):
-                waiting.append(Path(entry.path))
-
-
-def _with_keys(submissions: list[Submission], piles: list[_Pile]) -> list[Submission]:
-    """Each with its key: name and number, and where that is not enough a mark of where it lay."""
-    first = []
-    for submission, pile in zip(submissions, piles, strict=True):
+def _keys(piles: Sequence[_Pile], folder: Path) -> list[str]:
+    """A key for each: name and number, and where that is not enough a mark of where it lay."""
+    keys, marks = [], []
+    for pile in piles:
+        submission = _submission(pile, "")
         name, number = slug(submission.name), slug(pile.id or submission.students[0].id)
-        first.append("-".join(filter(None, (name, "" if name.endswith(number) else number))) or "student")
-    counts = Counter(first)
-    keyed = []
-    for submission, pile, key in zip(submissions, piles, first, strict=True):
-        if counts[key] > 1:
-            key += f"-{hashlib.sha256(os.fsencode(pile.source)).hexdigest()[:8]}"
-        keyed.append(replace(submission, key=key))
-    return sorted(keyed, key=lambda s: (s.name.casefold(), s.key))
-
-
-def _read(path: Path, most: int) -> bytes:
-    flags = os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
-    descriptor = os.open(path, flags)
-    with os.fdopen(descriptor, "rb") as stream:
-        if not stat.S_ISREG(os.fstat(descriptor).st_mode):
-            raise OSError("it is no regular file")
-        data = stream.read(most + 1)
-    if len(data) > most:
-        raise MuslinError(f"It is larger than {most // 10**6} MB.")
-    return data
-
-
-def _packed(files: Sequence[tuple[str, Path]], table: Assignment) -> bytes:
-    """A tar with the task files; of other Python files the name, of links that they are links."""
-    stream = io.BytesIO()
-    with tarfile.open(fileobj=stream, mode="w", format=tarfile.PAX_FORMAT) as archive:
-        for inside, path in files:
-            info = tarfile.TarInfo(inside.encode("utf-8", "replace").decode())
-            mode = path.lstat().st_mode
-            data = b""
-            if stat.S_ISREG(mode) and path.name and Path(inside).name in table.files:
-                data = _first(path, LARGEST_FILE + 1)  # one byte too many, if so, for the grader to refuse
-            elif not stat.S_ISREG(mode):
-                info.type, info.linkname = tarfile.SYMTYPE, "elsewhere"
-            info.size = len(data)
-            archive.addfile(info, io.BytesIO(data))
-    return stream.getvalue()
-
-
-def _first(path: Path, most: int) -> bytes:
-    descriptor = os.open(path, os.O_RDONLY | getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0))
-    with os.fdopen(descriptor, "rb") as stream:
-        return stream.read(most)
+        key = "-".join(filter(None, (name, "" if name.endswith(number) else number)))
+        keys.append(key or "student")
+        origin = os.fsencode(os.path.relpath(pile.origin, folder))
+        marks.append(hashlib.sha256(origin).hexdigest())
+    plain, length = list(keys), 0
+    while alike := {key for key, count in Counter(keys).items() if count > 1}:
+        length += 8
+        keys = [f"{p}-{m[:length]}" if k in alike else k for k, p, m in zip(keys, plain, marks, strict=True)]
+    return keys

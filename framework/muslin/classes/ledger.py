@@ -9,6 +9,7 @@ import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
+from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
@@ -32,10 +33,8 @@ class Ledger:
     def __init__(self, folder: Path):
         self.folder = folder
         self._records = folder / "records"
-        try:
+        with _writing(folder):
             self._records.mkdir(parents=True, exist_ok=True)
-        except OSError as error:
-            raise MuslinError(f"{paths.shown(folder)} cannot be written: {error.strerror}.") from None
 
     @contextlib.contextmanager
     def locked(self) -> Iterator[None]:
@@ -46,7 +45,9 @@ class Ledger:
         MuslinError
             If another run has it.
         """
-        with open(self.folder / ".lock", "a+", encoding="utf-8") as lock:
+        with _writing(self.folder):
+            lock = open(self.folder / ".lock", "a+", encoding="utf-8")  # noqa: SIM115
+        with lock:
             try:
                 fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
             except OSError:
@@ -55,11 +56,13 @@ class Ledger:
                     f"Another run (process {lock.read(20).strip() or '?'}) is at work on {paths.shown(self.folder)}.",
                     "Wait for it or stop it, or write to another folder with --out.",
                 ) from None
-            lock.truncate(0)
-            lock.write(str(os.getpid()))
-            lock.flush()
-            for unfinished in self._records.glob("*.new"):
-                unfinished.unlink(missing_ok=True)
+            with contextlib.suppress(OSError):  # only to name us to another run; the disk may be full
+                lock.truncate(0)
+                lock.write(str(os.getpid()))
+                lock.flush()
+            with _writing(self.folder):
+                for unfinished in self.folder.rglob(".*.new"):
+                    unfinished.unlink(missing_ok=True)
             yield
 
     def take(self, key: str, stamp: Mapping[str, str]) -> Result | None:
@@ -80,7 +83,7 @@ class Ledger:
         data = {"schema": SCHEMA, "stamp": stamp, "result": asdict(result)}
         write(self._records / f"{result.key}.json", json.dumps(data).encode())
         line = json.dumps({"key": result.key, "cpu": result.cpu, "graded": result.record is not None})
-        with open(self.folder / "journal.jsonl", "ab") as journal:
+        with _writing(self.folder), open(self.folder / "journal.jsonl", "ab") as journal:
             journal.write(line.encode() + b"\n")
             journal.flush()
             os.fsync(journal.fileno())
@@ -95,9 +98,25 @@ class Ledger:
         return entries
 
 
+@contextlib.contextmanager
+def _writing(path: Path) -> Iterator[None]:
+    """What the system says against writing somewhere, for people."""
+    try:
+        yield
+    except OSError as error:
+        hint = (
+            "Make room, and run the same command again: it goes on from here."
+            if error.errno == ENOSPC
+            else ""
+        )
+        raise MuslinError(
+            f"{paths.shown(path)} cannot be written: {error.strerror or error}.", hint
+        ) from None
+
+
 def write(path: Path, data: bytes) -> None:
     """Write a file so that, whatever happens, there is the old one or the new one, whole."""
-    try:
+    with _writing(path):
         path.parent.mkdir(parents=True, exist_ok=True)
         descriptor, name = tempfile.mkstemp(dir=path.parent, prefix=f".{path.name[:40]}", suffix=".new")
         try:
@@ -115,5 +134,3 @@ def write(path: Path, data: bytes) -> None:
             os.fsync(folder)
         finally:
             os.close(folder)
-    except OSError as error:
-        raise MuslinError(f"{paths.shown(path)} cannot be written: {error.strerror or error}.") from None

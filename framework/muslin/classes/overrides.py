@@ -1,10 +1,15 @@
-"""Scores set by hand, from a table a person keeps: student, task (blank: the total), score, reason."""
+"""Scores set by hand, from a table a person keeps: student, task (blank: the total), score, reason.
+
+A line without a score is a comment. A score above the maximum is a bonus.
+"""
 
 from __future__ import annotations
 
 import csv
 import difflib
+import io
 import math
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -20,11 +25,12 @@ COLUMNS = ("student", "task", "score", "reason")
 
 @dataclass(frozen=True)
 class Override:
-    """A score set by hand; an empty `task` means the total."""
+    """A score set by hand, of `most` that there are; without a score, a comment. An empty `task` means the total."""
 
     task: str
-    score: float
+    score: float | None
     reason: str
+    most: float = math.inf
 
 
 def read(
@@ -35,7 +41,8 @@ def read(
     Parameters
     ----------
     path : path
-        A CSV file. A student is meant by name, by number, or by the key in the report.
+        A CSV file, its cells apart by commas, semicolons or tabs. A student is meant by name, by number, or by the
+        key in the report.
     submissions : sequence of Submission
     table : Assignment
 
@@ -46,10 +53,10 @@ def read(
     """
     path = Path(path)
     try:
-        with open(path, encoding="utf-8-sig", newline="") as stream:
-            lines = list(csv.reader(stream))
+        lines = _lines(path.read_bytes())
     except (OSError, UnicodeDecodeError, csv.Error) as error:
-        raise MuslinError(f"The overrides {paths.shown(path)} cannot be read: {error}.") from None
+        why = getattr(error, "strerror", None) or error
+        raise MuslinError(f"The overrides {paths.shown(path)} cannot be read: {why}.") from None
     header = [cell.strip().lower() for cell in lines[0]] if lines else []
     if missing := [column for column in COLUMNS if column not in header]:
         raise MuslinError(
@@ -59,7 +66,7 @@ def read(
     meant = _names(submissions)
     totals = {"": sum(task.points for task in table.tasks.values())}
     most = totals | {name: task.points for name, task in table.tasks.items()}
-    found: dict[str, dict[str, Override]] = {}
+    found: dict[str, list[Override]] = {}
     wrong = []
     for number, cells in enumerate(lines[1:], 2):
         if not any(cell.strip() for cell in cells):
@@ -67,16 +74,44 @@ def read(
         row = dict(zip(header, (cell.strip() for cell in cells), strict=False))
         try:
             key, override = _override(row, meant, most)
-            if override.task in found.get(key, {}):
+            earlier = found.setdefault(key, [])
+            if override.score is not None and any(
+                e.task == override.task and e.score is not None for e in earlier
+            ):
                 raise ValueError("this score is set in an earlier line already")
-            found.setdefault(key, {})[override.task] = override
+            earlier.append(override)
         except ValueError as error:
             wrong.append(f"line {number}: {error}")
     if wrong:
         more = f"\n  and {len(wrong) - 20} more" if len(wrong) > 20 else ""
         told = "".join(f"\n  {line}" for line in wrong[:20])
         raise MuslinError(f"The overrides {paths.shown(path)} cannot be used:{told}{more}")
-    return {key: tuple(by_task.values()) for key, by_task in found.items()}
+    return {key: tuple(entries) for key, entries in found.items()}
+
+
+def _lines(data: bytes) -> list[list[str]]:
+    """Cells of a CSV file, in the encodings and with the separators that spreadsheets write."""
+    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
+        text = data.decode("utf-16")
+    else:
+        try:
+            text = data.decode("utf-8-sig")
+        except UnicodeDecodeError:
+            text = data.decode("cp1252")
+    stream = io.StringIO(text, newline="")
+    first = stream.readline()
+    said = re.fullmatch(r"sep=(.)\s*", first)  # Excel's own line
+    if said is None:
+        stream.seek(0)
+    return list(csv.reader(stream, delimiter=said[1] if said else max(",;\t", key=first.count)))
+
+
+def _number(text: str) -> float:
+    """A number, with a point or a decimal comma; nan if it is none."""
+    try:
+        return float(text.replace(",", ".") if text.count(",") == 1 and "." not in text else text)
+    except ValueError:
+        return math.nan
 
 
 def _override(
@@ -90,16 +125,14 @@ def _override(
         raise ValueError(f"{one_line(student)!r} may be {', '.join(sorted(keys))}; write one of these")
     if task not in most:
         raise ValueError(f"there is no task {one_line(task)!r}{_near(task, most)}")
-    try:
-        score = float(row.get("score", ""))
-    except ValueError:
-        score = math.nan
-    if not 0 <= score <= most[task]:
-        said = one_line(row.get("score", ""))
-        raise ValueError(f"the score {said!r} is no number from 0 to {most[task]:g}")
+    said = row.get("score", "")
+    score = _number(said) if said else None
+    if score is not None and not 0 <= score < math.inf:
+        raise ValueError(f"the score {one_line(said)!r} is no number from 0")
     if not row.get("reason"):
-        raise ValueError("there is no reason; students will ask")
-    return next(iter(keys)), Override(task, score, row["reason"])
+        what = "neither a score nor a comment" if score is None else "no reason; students will ask"
+        raise ValueError(f"there is {what}")
+    return next(iter(keys)), Override(task, score, row["reason"], most[task])
 
 
 def _names(submissions: Sequence[Submission]) -> dict[str, set[str]]:

@@ -10,9 +10,9 @@ from collections import Counter, defaultdict
 from collections.abc import Mapping, Sequence
 from importlib import resources
 
-from muslin.classes.gradebook import Row
+from muslin.classes.gradebook import NOTES, Row
 from muslin.classes.press import SIZE, Printed
-from muslin.classes.similarity import Pair
+from muslin.classes.similarity import Alike
 from muslin.engine import ENGINES
 from muslin.grading.record import FAILED, NOT_IMPLEMENTED
 from muslin.grading.views.text import one_line, points
@@ -26,7 +26,11 @@ MISTAKES, EXAMPLES = 15, 5
 
 
 def render(
-    rows: Sequence[Row], table: Assignment, printed: Mapping[str, Printed], pairs: Sequence[Pair]
+    rows: Sequence[Row],
+    table: Assignment,
+    printed: Mapping[str, Printed],
+    alike: Alike,
+    passed_over: Sequence[str] = (),
 ) -> str:
     """The page.
 
@@ -36,8 +40,10 @@ def render(
     table : Assignment
     printed : dict of Printed
         Pictures by key.
-    pairs : sequence of Pair
-        Submissions that are alike.
+    alike : Alike
+        Submissions that are alike, or like the published solution.
+    passed_over : sequence of str
+        What in the folder of submissions was none.
     """
     style = resources.files("muslin.grading.views").joinpath("report.css").read_text("utf-8")
     style += resources.files("muslin.classes").joinpath("class.css").read_text("utf-8")
@@ -55,7 +61,8 @@ def render(
         ("tasks", "Tasks", _tasks(rows, table)),
         ("mistakes", "Commonest mistakes", _mistakes(rows)),
         ("pictures", "Simulations", _sheet(rows, printed)),
-        ("alike", "Alike", _alike(pairs, names)),
+        ("alike", "Alike", _alike(alike, names)),
+        ("others", "Beside the submissions", _list(passed_over)),
     ]
     shown = [(key, title, body) for key, title, body in sections if body]
     links = "".join(f'<a href="#{key}">{title}</a>' for key, title, _ in shown)
@@ -117,6 +124,10 @@ def _numbers(rows: Sequence[Row], table: Assignment) -> str:
     return "".join(f"<li><strong>{number}</strong>{what}</li>" for number, what in said)
 
 
+def _list(texts: Sequence[str]) -> str:
+    return "".join(f"<p>{_line(text, 500)}</p>" for text in texts)
+
+
 def _failures(rows: Sequence[Row]) -> str:
     failed = [row for row in rows if row.error]
     if not failed:
@@ -163,7 +174,7 @@ def _grades(rows: Sequence[Row], table: Assignment) -> str:
 
 def _grade(row: Row, table: Assignment) -> str:
     total = "" if row.total is None else points(row.total)
-    hand = " hand" if row.by_hand() else ""
+    hand = " hand" if row.by_hand() is not None else ""
     cells = [
         f'<th scope="row">{_linked(row)}</th>',
         f"<td>{_line(', '.join(s.id for s in row.submission.students if s.id))}</td>",
@@ -172,13 +183,12 @@ def _grade(row: Row, table: Assignment) -> str:
     for task in table.tasks.values():
         score, stand = row.score(task.name), _stand(row, task)
         said = "" if score is None else points(score)
-        hand = " hand" if row.by_hand(task.name) else ""
+        hand = " hand" if row.by_hand(task.name) is not None else ""
         cells.append(
             f'<td class="task {stand}{hand}" data-value="{said}" title="{_line(task.name)}: '
             f'{STANDS.get(stand, "not graded")}{", set by hand" if hand else ""}">{said or "–"}</td>'
         )
-    notes = [*row.notes(), *row.submission.notes]
-    cells.append(f'<td class="notes">{_line("; ".join(notes), 600)}</td>')
+    cells.append(f'<td class="notes">{_line(row.told(), NOTES)}</td>')
     return f"<tr>{''.join(cells)}</tr>\n"
 
 
@@ -290,13 +300,15 @@ def _sheet(rows: Sequence[Row], printed: Mapping[str, Printed]) -> str:
     return f'<div class="sheet">{"".join(figures)}</div>' if figures else ""
 
 
-def _alike(pairs: Sequence[Pair], names: Mapping[str, str]) -> str:
-    """Advice on who may have copied."""
+def _alike(alike: Alike, names: Mapping[str, str]) -> str:
+    """Advice on who may have copied, from each other or from the published solution."""
+    pairs = alike.pairs
     advice = (
         "<p>Submissions that share passages few others have, stubs left out. <strong>This is advice where to look, "
         "never a verdict</strong>: there are few ways to write a right formula, and students learn together. Read "
         "both before you say a word.</p>"
     )
+    advice += _published(alike, names)
     if not pairs:
         return f'{advice}<p class="quiet">No two submissions stand out.</p>'
     lines = "".join(
@@ -310,6 +322,18 @@ def _alike(pairs: Sequence[Pair], names: Mapping[str, str]) -> str:
         '<th scope="col" class="number">Of the smaller</th><th scope="col" class="number">Passages</th>'
         f'<th scope="col">Files</th></tr></thead><tbody>{lines}</tbody></table></div>'
     )
+
+
+def _published(alike: Alike, names: Mapping[str, str]) -> str:
+    """Who may have handed in the published solution."""
+    if alike.published is None:
+        return '<p class="quiet">The published solution is not here to compare with.</p>'
+    lines = "".join(
+        f'<tr><th scope="row">{_line(names[key], 80)}</th><td>resembles the published solution in '
+        f"{_line(', '.join(files), 500)}</td></tr>"
+        for key, files in alike.published.items()
+    )
+    return f'<div class="scroll"><table><tbody>{lines}</tbody></table></div>' if lines else ""
 
 
 def _footer(rows: Sequence[Row], table: Assignment) -> str:

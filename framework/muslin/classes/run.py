@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import statistics
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from muslin import paths, runtime, tasks
@@ -15,10 +16,17 @@ from muslin.classes.work import Job, Result, Terms, edition
 from muslin.errors import MuslinError
 from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
+from muslin.grading.submission import Handed, gather
 from muslin.grading.views.text import one_line, points
 
 #: How many submissions that could not be graded are named in the summary.
 NAMED = 20
+
+#: Longest source of a task file that is compared with others [characters].
+LONGEST_SOURCE = 50_000
+
+#: What is said of a submission that a platform lists and that is not in its download.
+NOT_THERE = "It is listed in the platform's metadata, but not in the download."
 
 #: Called as (done, total) while grading and reporting go on.
 Tick = Callable[[int, int], None]
@@ -57,9 +65,14 @@ class Class:
             lines[0] += (
                 f" Median {points(statistics.median(totals))} points, mean {points(statistics.fmean(totals))}."
             )
-        lines += [f"  {one_line(row.submission.name)}: {one_line(row.error)}" for row in failed[:NAMED]]
+        lines += [f"  {one_line(row.submission.name)}: {one_line(row.error, 400)}" for row in failed[:NAMED]]
         if len(failed) > NAMED:
             lines.append(f"  and {len(failed) - NAMED} more; index.html names them all")
+        bonus = [row for row in self.rows if any((o.score or 0) > o.most for o in row.overrides)]
+        if bonus:
+            lines.append(
+                f"Set by hand above the maximum: {', '.join(one_line(r.submission.name) for r in bonus)}."
+            )
         if self.cpu:
             each = statistics.fmean(self.cpu)
             lines.append(
@@ -118,23 +131,17 @@ def grade_class(
     terms = Terms(assignment, edition(assignment), _hidden(hidden, table), seed, safety, deadline)
     ledger = Ledger(Path(out))
     with ledger.locked():
-        results: dict[str, Result] = {}
-        waiting: list[finding.Submission] = []
-        for submission in found:
-            try:
-                stamp = terms.stamp(finding.payload(submission, table))
-            except MuslinError as error:
-                results[submission.key] = Result(submission.key, error=str(error))
-                continue
-            earlier = ledger.take(submission.key, stamp)
-            if earlier is None:
-                waiting.append(submission)
-            else:
-                results[submission.key] = earlier
-        taken = len(results)
+        collected = _collected(found, table)
+        stamps = {key: terms.stamp(handed) for key, handed in collected.items()}
+        results = {key: Result(key, error=h.unreadable) for key, h in collected.items() if h.unreadable}
+        readable = [submission.key for submission in found if submission.key not in results]
+        for key in readable:
+            if (earlier := ledger.take(key, stamps[key])) is not None:
+                results[key] = earlier
+        waiting = [key for key in readable if key not in results]
+        taken = len(readable) - len(waiting)
         if on_find:
             on_find(len(found), taken)
-        stamps: dict[str, dict[str, str]] = {}
         cpu: list[float] = []
         total = len(waiting) + 1 + len(found) // 10  # a report costs a tenth of a grading
 
@@ -142,39 +149,70 @@ def grade_class(
             if on_progress and done:
                 on_progress(done, total)
 
-        def work() -> Iterator[Job]:
-            for submission in waiting:
-                data = finding.payload(submission, table)
-                stamps[submission.key] = terms.stamp(data)
-                yield Job(submission.key, submission.name, data)
-
         if waiting:
+            work = (Job(key, collected[key]) for key in waiting)
             engine = (
                 engines.cluster(scheduler) if scheduler else engines.local(jobs or runtime.usable_cores())
             )
             with engine as (pool, width, function):
-                for done, result in enumerate(engines.results(pool, width, function, terms, work()), 1):
+                for done, result in enumerate(engines.results(pool, width, function, terms, work), 1):
                     ledger.keep(result, stamps[result.key])
                     results[result.key] = result
                     cpu.append(result.cpu)
                     tick(done)
-        if all(result.record is None for result in results.values()):
-            why = next(iter(results.values())).error
-            raise MuslinError(f"None of {len(found)} submissions could be graded. The first: {why}")
-        rows = tuple(_row(s, results[s.key], set_by_hand.get(s.key, ())) for s in found)
+        rows = tuple(
+            _row(s, collected[s.key], results[s.key], set_by_hand.get(s.key, ()), table) for s in found
+        )
         write(ledger.folder / "grades.csv", gradebook.grades_csv(rows, table).encode())
         share = (total - len(waiting)) / max(1, len(rows))
         printed = press.press(ledger.folder, rows, lambda done: tick(len(waiting) + int(share * done)))
-        sources = {key: result.sources for key, result in results.items() if result.sources}
-        alike = similarity.pairs(sources, _stubs(table))
-        write(ledger.folder / "index.html", page.render(rows, table, printed, alike).encode())
+        sources = {key: _text(handed.files) for key, handed in collected.items() if handed.files}
+        alike = similarity.compared(sources, _stubs(table), _solution(table))
+        text = page.render(rows, table, printed, alike, notes)
+        write(ledger.folder / "index.html", text.encode())
         tick(total)
+    if all(result.record is None for result in results.values()):
+        raise MuslinError(
+            f"None of {len(found)} submissions could be graded. The first: {one_line(rows[0].error, 400)}",
+            f"{paths.shown(ledger.folder / 'grades.csv')} names the reason for each.",
+        )
     return Class(rows, taken, ledger.folder, tuple(notes), tuple(cpu))
 
 
-def _row(submission: finding.Submission, result: Result, set_by_hand: tuple[overrides.Override, ...]) -> Row:
-    record = None if result.record is None else from_json(result.record)
-    return Row(submission, record, result.error, set_by_hand)
+def _collected(found: Sequence[finding.Submission], table: tasks.Assignment) -> dict[str, Handed]:
+    """What everybody handed in, by key; each is read in a process of its own."""
+
+    def read(submission: finding.Submission) -> Handed:
+        handed = gather(submission.sources, submission.name, table)
+        return handed if submission.sources else replace(handed, unreadable=NOT_THERE)
+
+    with ThreadPoolExecutor(runtime.usable_cores()) as pool:
+        return dict(zip([s.key for s in found], pool.map(read, found), strict=True))
+
+
+def _row(
+    submission: finding.Submission,
+    handed: Handed,
+    result: Result,
+    set_by_hand: tuple[overrides.Override, ...],
+    table: tasks.Assignment,
+) -> Row:
+    """A submission's line in every report; words that no verdict depends on are those of today."""
+    notes = (*handed.about.notes, *handed.refused.values())
+    if result.record is None:
+        return Row(submission, None, result.error, set_by_hand, () if handed.unreadable else notes)
+    record = from_json(result.record)
+    named = [table.tasks[task.name] for task in record]
+    record = replace(
+        record,
+        assignment={**record.assignment, "title": table.title, "version": table.version},
+        submission=handed.about,
+        tasks=tuple(
+            replace(task, title=today.title, section=today.section)
+            for task, today in zip(record, named, strict=True)
+        ),
+    )
+    return Row(submission, record, "", set_by_hand, notes)
 
 
 def _hidden(folder: Path | str | None, table: tasks.Assignment) -> tuple[tuple[str, bytes], ...]:
@@ -188,6 +226,19 @@ def _hidden(folder: Path | str | None, table: tasks.Assignment) -> tuple[tuple[s
         raise MuslinError(f"{paths.shown(folder)} cannot be read: {error.strerror}.") from None
 
 
+def _text(files: Mapping[str, bytes]) -> dict[str, str]:
+    return {file: data.decode("utf-8", "replace")[:LONGEST_SOURCE] for file, data in files.items()}
+
+
 def _stubs(table: tasks.Assignment) -> dict[str, str]:
     folder = paths.assignment(table.name)
-    return {file: (folder / file).read_text(encoding="utf-8") for file in table.files}
+    return _text({file: (folder / file).read_bytes() for file in table.files})
+
+
+def _solution(table: tasks.Assignment) -> dict[str, str]:
+    """The published solution, where it is at hand."""
+    try:
+        folder = paths.solution(table.name)
+        return _text({file: (folder / file).read_bytes() for file in table.files})
+    except (MuslinError, OSError):
+        return {}

@@ -15,7 +15,7 @@ import subprocess
 import sys
 import tempfile
 import threading
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -24,9 +24,7 @@ from typing import Any
 import muslin
 from muslin import paths, tasks
 from muslin.errors import MuslinError
-
-#: Longest source of a task file that is kept for the comparison of submissions [characters].
-LONGEST_SOURCE = 50_000
+from muslin.grading.submission import Handed
 
 
 @dataclass(frozen=True)
@@ -37,7 +35,7 @@ class Terms:
     ----------
     assignment : str
     edition : str
-        `edition` of the assignment here; a worker with another one refuses.
+        What it is graded by here (see `edition`); a worker with another one refuses.
     hidden : tuple of (str, bytes)
         The files of the instructor's hidden data; empty if there are none.
     seed, safety, deadline
@@ -51,13 +49,14 @@ class Terms:
     safety: str = "auto"
     deadline: float | None = None
 
-    def stamp(self, payload: bytes) -> dict[str, str]:
-        """What a result depends on: it is taken over only if all of this is the same."""
+    def stamp(self, handed: Handed) -> dict[str, str]:
+        """What a verdict depends on: a result is taken over only if all of this is the same."""
         hidden = hashlib.sha256()
         for name, data in self.hidden:
             hidden.update(f"{name} {len(data)}\n".encode() + data)
+        contents = [handed.about.sha256, handed.refused]
         return {
-            "submission": hashlib.sha256(payload).hexdigest(),
+            "submission": hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest(),
             "assignment": self.edition,
             "hidden": hidden.hexdigest() if self.hidden else "",
             "seed": self.seed or "",
@@ -68,11 +67,10 @@ class Terms:
 
 @dataclass(frozen=True)
 class Job:
-    """A submission on its way: its key, a name for people, and the bytes of its archive."""
+    """A submission on its way: its key, and what was handed in."""
 
     key: str
-    name: str
-    payload: bytes
+    handed: Handed
 
 
 @dataclass(frozen=True)
@@ -87,9 +85,7 @@ class Result:
     error : str
         For people.
     final : bool
-        Whether grading the same bytes again would end the same: what cannot be read never can.
-    sources : dict of str
-        The task files as text, for the comparison of submissions.
+        Whether grading the same bytes again would end the same.
     cpu : float
         Processor time it took, all processes together [s].
     """
@@ -98,21 +94,31 @@ class Result:
     record: dict[str, Any] | None = None
     error: str = ""
     final: bool = True
-    sources: Mapping[str, str] | None = None
     cpu: float = 0.0
 
 
 @cache
 def edition(assignment: str) -> str:
-    """Version of an assignment here, with a fingerprint of what it is graded by."""
+    """Name of an assignment, with a fingerprint of what its verdicts depend on here.
+
+    Titles, hints, units and meanings are not in it: who corrects a word in the manifest need not grade again.
+    """
     table = tasks.assignment(assignment)
-    digest = hashlib.sha256(muslin.__version__.encode())
-    folder = paths.reference(assignment)
-    files = [paths.assignment(assignment) / tasks.MANIFEST, *sorted(folder.rglob("*"))]
-    for file in files:
+    tested = [
+        (
+            task.name,
+            task.file,
+            task.points,
+            *((value.name, value.kind) for value in (*task.arguments, *task.results)),
+        )
+        for task in table.tasks.values()
+    ]
+    grading = {**vars(table.grading), "credit": sorted(table.grading.credit.items())}
+    digest = hashlib.sha256(repr((muslin.__version__, tested, sorted(grading.items()))).encode())
+    for file in sorted({*paths.reference(assignment).rglob("*"), paths.generator(assignment)}):
         if file.is_file():
             digest.update(file.name.encode() + file.read_bytes())
-    return f"{table.name} {table.version} {digest.hexdigest()[:16]}"
+    return f"{table.name} {digest.hexdigest()[:16]}"
 
 
 def longest(terms: Terms) -> float:
@@ -214,38 +220,27 @@ def _processor_time() -> float:
 
 def _graded_here(terms: Terms, job: Job) -> Result:
     from muslin.grading.grader import grade
-    from muslin.grading.submission import collect
 
     if (here := edition(terms.assignment)) != terms.edition:
         text = f"This worker has another edition of the assignment ({here} instead of {terms.edition})."
         return Result(job.key, error=text, final=False)
-    table = tasks.assignment(terms.assignment)
-    with tempfile.TemporaryDirectory(prefix="muslin-class-") as scratch:
-        os.chdir(scratch)  # so that no message names a folder of this machine
-        path = Path(job.key)
-        path.write_bytes(job.payload)
-        hidden = None
-        if terms.hidden:
-            hidden = Path("hidden data")
-            hidden.mkdir()
-            for name, data in terms.hidden:
-                (hidden / name).write_bytes(data)
-        try:
-            handed = collect(path, table)
-        except MuslinError as error:
-            return Result(job.key, error=str(error).replace(job.key, "The file", 1))
-        sources = {
-            name: data.decode("utf-8", "replace")[:LONGEST_SOURCE] for name, data in handed.files.items()
-        }
-        try:
+    try:
+        with tempfile.TemporaryDirectory(prefix="muslin-class-") as scratch:
+            hidden = None
+            if terms.hidden:
+                hidden = Path(scratch, "hidden data")
+                hidden.mkdir()
+                for name, data in terms.hidden:
+                    (hidden / name).write_bytes(data)
             record = grade(
-                path, terms.assignment, hidden=hidden, seed=terms.seed, safety=terms.safety,
+                job.handed, terms.assignment, hidden=hidden, seed=terms.seed, safety=terms.safety,
                 deadline=terms.deadline, fresh=True,  # hardly any is graded twice, and keeping costs time
             )  # fmt: skip
-        except MuslinError as error:
-            return Result(job.key, error=str(error), final=False, sources=sources)
-        except Exception as error:
-            text = f"An error in Muslin itself: {type(error).__name__}: {error}"
-            return Result(job.key, error=text, final=False, sources=sources)
-        record = replace(record, submission=replace(record.submission, name=job.name))
-        return Result(job.key, record.as_json(), sources=sources)
+    except MuslinError as error:
+        return Result(job.key, error=str(error), final=False)
+    except OSError as error:  # a full disk, too many processes
+        return Result(job.key, error=f"The system refused it: {error.strerror or error}.", final=False)
+    except Exception as error:
+        text = f"An error in Muslin itself: {type(error).__name__}: {error}"
+        return Result(job.key, error=text, final=False)
+    return Result(job.key, record.as_json())

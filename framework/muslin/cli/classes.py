@@ -54,6 +54,7 @@ def class_grade(
 ) -> None:
     """Grade all submissions and write grades.csv and index.html. It can be stopped at any time and goes on later."""
     from muslin.classes.run import grade_class
+    from muslin.grading.views.text import one_line
 
     if jobs and scheduler:
         raise MuslinError("With --scheduler, the cluster says how many run at a time.", "Leave out --jobs.")
@@ -72,6 +73,6 @@ def class_grade(
         say("Stopped; every result so far is kept. The same command goes on from here.", err=True)
         raise typer.Exit(INTERRUPTED) from None
     for note in graded.notes:
-        say(f"note: passed over {note}", err=True)
+        say(f"note: {one_line(note)}", err=True)
     say(graded.told())
     say(f"Wrote {paths.shown(graded.folder / 'grades.csv')} and {paths.shown(graded.folder / 'index.html')}.")

@@ -23,7 +23,7 @@ from muslin.grading.checks import Outcome, Private, Verdict
 from muslin.grading.kernels import Store, tidy
 from muslin.grading.record import PASSED, Record, Simulation, TaskResult
 from muslin.grading.sandbox import Crashed, Sandbox, Worker
-from muslin.grading.submission import Handed, collect
+from muslin.grading.submission import Handed, gradable
 from muslin.tasks import MANIFEST, Assignment
 
 #: Called as (done, total, what) while grading goes on.
@@ -31,7 +31,7 @@ Progress = Callable[[int, int, str], None]
 
 
 def grade(
-    submission: Path | str,
+    submission: Path | str | Handed,
     assignment: str = "cloth",
     *,
     hidden: Path | str | None = None,
@@ -45,8 +45,8 @@ def grade(
 
     Parameters
     ----------
-    submission : path
-        A folder, a zip or a tar with (some of) the assignment's files.
+    submission : path or Handed
+        A folder, a zip or a tar with (some of) the assignment's files, or what was collected of one.
     assignment : str
     hidden : path, optional
         An instructor's hidden reference data, from `muslin reference build --hidden`; used besides the hidden
@@ -70,11 +70,12 @@ def grade(
     Raises
     ------
     MuslinError
-        If the grading itself cannot be done: no such submission, assignment, hidden data or safety level.
+        If the grading itself cannot be done: no such submission, nothing in it that can be graded, no such
+        assignment, hidden data or safety level.
     """
     began = time.monotonic()
     table = tasks.assignment(assignment)
-    handed = collect(submission, table)
+    handed = gradable(submission, table)
     folder, secret = instructors_data(hidden, table)
     drawn_from = _seed(seed, handed, secret)
     total = 2 * len(table.tasks) + 1

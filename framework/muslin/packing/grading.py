@@ -50,8 +50,7 @@ def gradescope(root: Path) -> None:
         text = views.render(record, "gradescope")
     except Exception as error:
         traceback.print_exception(error)
-        why = f"{error}" if isinstance(error, Unreadable) else OURS
-        text = json.dumps(_without_points(assignment, why), indent=1) + "\n"
+        text = json.dumps(_without_points(assignment, OURS), indent=1) + "\n"
     _put(root / "results" / "results.json", text)
 
 
@@ -81,22 +80,15 @@ def _assignment(pack: Path) -> str:
     return str(json.loads((pack / SETTINGS).read_text(encoding="utf-8"))["assignment"])
 
 
-class Unreadable(MuslinError):
-    """A submission that cannot even be looked at."""
-
-
 def _graded(submission: Path, assignment: str, hidden: Path | None, safety: str = "auto") -> Any:
-    """The record; nothing handed in is an empty folder."""
+    """The record, in which what cannot be read is a task that failed; nothing handed in is an empty folder."""
     from muslin.grading.grader import grade
     from muslin.grading.submission import collect
 
     with tempfile.TemporaryDirectory() as nothing:
         handed = submission if submission.exists() else Path(nothing)
-        try:
-            collect(handed, tasks.assignment(assignment))
-        except MuslinError as error:
-            raise Unreadable(error.message, error.hint) from None
-        return grade(handed, assignment, hidden=hidden, safety=safety)
+        collected = collect(handed, tasks.assignment(assignment))
+        return grade(collected, assignment, hidden=hidden, safety=safety)
 
 
 def _without_points(assignment: str, why: str) -> dict[str, Any]:

@@ -26,7 +26,7 @@ def render(record: Record) -> str:
     return table.getvalue()
 
 
-def cell(text: str) -> str:
+def cell(text: str, limit: int = 200) -> str:
     """Text that no spreadsheet takes for a formula: an apostrophe goes in front of what looks like one."""
-    shown = one_line(text)
+    shown = one_line(text, limit)
     return f"'{shown}" if text.lstrip(" ").startswith(FORMULA) else shown
