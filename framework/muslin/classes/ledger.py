@@ -9,13 +9,12 @@ import os
 import tempfile
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict
-from errno import ENOSPC
 from pathlib import Path
 from typing import Any
 
 from muslin import paths
 from muslin.classes.work import Result
-from muslin.errors import MuslinError
+from muslin.errors import MuslinError, of_system
 from muslin.grading.record import from_json
 
 SCHEMA = "muslin/class-result/v1"

@@ -23,7 +23,7 @@ from typing import Any
 
 import muslin
 from muslin import paths, tasks
-from muslin.errors import MuslinError
+from muslin.errors import MuslinError, of_system
 from muslin.grading.submission import Handed
 
 
@@ -239,7 +239,7 @@ def _graded_here(terms: Terms, job: Job) -> Result:
     except MuslinError as error:
         return Result(job.key, error=str(error), final=False)
     except OSError as error:  # a full disk, too many processes
-        return Result(job.key, error=f"The system refused it: {error.strerror or error}.", final=False)
+        return Result(job.key, error=str(of_system(error)), final=False)
     except Exception as error:
         text = f"An error in Muslin itself: {type(error).__name__}: {error}"
         return Result(job.key, error=text, final=False)
