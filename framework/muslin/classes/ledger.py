@@ -103,14 +103,8 @@ def _writing(path: Path) -> Iterator[None]:
     try:
         yield
     except OSError as error:
-        hint = (
-            "Make room, and run the same command again: it goes on from here."
-            if error.errno == ENOSPC
-            else ""
-        )
-        raise MuslinError(
-            f"{paths.shown(path)} cannot be written: {error.strerror or error}.", hint
-        ) from None
+        why = error.strerror or error
+        raise MuslinError(f"{paths.shown(path)} cannot be written: {why}.", of_system(error).hint) from None
 
 
 def write(path: Path, data: bytes) -> None:
