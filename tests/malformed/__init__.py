@@ -153,6 +153,10 @@ MALFORMED: dict[str, tuple[bytes, tuple[str, ...]]] = {
     "no-number.vtk": (vtk(points="0 0 0\n1 0 ?\n1 1 0\n0 1 0\n"), ("cannot be read as VTK",)),
     "word-in-vertex.stl": (ascii_stl("0 0 0,1 zero 0,1 1 0"), ("line 5", "numbers", "1 zero 0")),
     "odd-word.stl": (ascii_stl("0 0 0,1 0 0,1 1 0").replace(b"outer", b"inner"), ("line 3", "inner loop")),
+    "unended-facet.stl": (
+        ascii_stl("0 0 0,1 0 0,1 1 0", "0 0 0,1 1 0,0 1 0").replace(b"endfacet\n", b"", 1),
+        ("line 8", "before the one before it has ended"),
+    ),
     "short-vertex.stl": (ascii_stl("0 0 0,1 0,1 1 0"), ("line 5", "three coordinates")),
     "unknown-type.ply": (
         binary_ply().replace(b"float z", b"quaternion z"),

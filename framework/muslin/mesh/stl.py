@@ -68,11 +68,10 @@ def _text(text: str, file: str) -> np.ndarray:
         )
     corners: list[list[float]] = []
     open_solid, start = False, 0
-    for number, raw in enumerate(text.split("\n"), start=1):
-        words = raw.lower().split()
+    for number, raw in enumerate(text.lower().split("\n"), start=1):
+        words = raw.split()
         if not words:
             continue
-        line = Line(file, number, raw)
         if words[0] in ("solid", "endsolid") or words[:2] == ["end", "solid"]:
             open_solid = words[0] == "solid"  # what follows is a name
             continue
@@ -83,25 +82,28 @@ def _text(text: str, file: str) -> np.ndarray:
             if word == "end" and at < len(words):  # some write "end facet"
                 word, at = word + words[at], at + 1
             if word == "vertex":
+                line = Line(file, number, raw)
                 if len(words) < at + 3:
                     raise line.error("a vertex needs three coordinates", "Fix the line or export again.")
                 corners.append(line.floats(words[at : at + 3], "coordinates"))
                 at += 3
-            elif word == "facet":
+            elif word in ("facet", "endfacet"):
+                there = len(corners) - start
+                if there != (3 if word == "endfacet" else 0):
+                    raise Line(file, number, raw).error(
+                        f"the end of a facet with {there} vertices, not three"
+                        if word == "endfacet"
+                        else "a facet before the one before it has ended",
+                        EXPORT_AGAIN,
+                    )
                 start = len(corners)
             elif word == "normal":
                 while at < len(words) and words[at] not in ("outer", "vertex"):
                     at += 1
-            elif word == "endfacet":
-                if len(corners) - start != 3:
-                    raise line.error(
-                        f"the end of a facet with {len(corners) - start} vertices, not three", EXPORT_AGAIN
-                    )
-                start = len(corners)
             elif word == "color":  # some programs' own
                 break
             elif word not in _FRAME:
-                raise line.error("not understood in an STL file", EXPORT_AGAIN)
+                raise Line(file, number, raw).error("not understood in an STL file", EXPORT_AGAIN)
     if open_solid or start != len(corners):
         raise MeshError(f"{file} is truncated: it has no endsolid.", EXPORT_AGAIN)
     return np.array(corners).reshape(-1, 3, 3)

@@ -50,6 +50,8 @@ def from_cells(
         raise ValueError(f"{len(types)} cell types for {len(offsets) - 1} cells")
     if len(types) and (offsets[0] < 0 or offsets[-1] > len(connectivity) or (sizes < 0).any()):
         raise ValueError(f"the cells have {offsets[-1]} corners and {len(connectivity)} are there")
+    if len(types) and not 0 <= types.min() <= types.max() < 256:
+        raise ValueError("a cell type outside 0 to 255")
     faces: list[tuple[np.ndarray, np.ndarray]] = []
     ignored: dict[str, int] = {}
     ignored_points = [np.zeros(0, dtype=np.int64)]

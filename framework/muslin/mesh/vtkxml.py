@@ -87,7 +87,7 @@ class _Arrays:
         blocks = []
         for size, length in zip(sizes, packed, strict=True):
             block = data[at : at + length]
-            if len(block) < length or size > _MOST_TIMES * (length + 64):
+            if len(block) < length:
                 raise ValueError(f"{what} are cut short")
             blocks.append(self.inflate(block, size))
             if len(blocks[-1]) != size:
@@ -102,10 +102,6 @@ class _Arrays:
         return sizes
 
 
-# No compressor makes a block this much smaller (LZMA, of nothing but zeros).
-_MOST_TIMES = 10_000
-
-
 def _unzip(block: bytes, size: int) -> bytes:
     return zlib.decompressobj().decompress(block, size + 1)
 
@@ -116,6 +112,8 @@ def _un_lzma(block: bytes, size: int) -> bytes:
 
 
 def _un_lz4(block: bytes, size: int) -> bytes:
+    if size > 255 * len(block):  # more than LZ4 can pack: do not set the room aside
+        raise ValueError("an LZ4 block is smaller than its size can be")
     found: bytes = import_module("lz4.block").decompress(block, uncompressed_size=size)
     return found
 
