@@ -86,7 +86,7 @@ MISTAKES = {
     "shapes that do not fit": ("return v.outer_product(n) + v", ["line 7", "a 3x3 matrix and a vector of 3"]),
     "return in a branch": (
         "if v.dot(n) < 0:\n    return v\nreturn n",
-        ["line 8", "return it once at the end"],
+        ["line 8", "end with return y"],
     ),
     "numpy": ("return np.cross(v, n)", ["line 7", "NumPy and math do not run"]),
     "math": ("return v * math.sqrt(n[0])", ["line 7", "ti.sqrt"]),
@@ -102,7 +102,7 @@ MISTAKES = {
         "return filter_velocity[0] * v",
         ["line 7", "not one of this task's arguments"],
     ),
-    "a generator": ("return sum(v[i] for i in range(3)) * n", ["line 7", "That part of Python"]),
+    "a generator": ("return sum(v[i] for i in range(3)) * n", ["line 7", "in a loop"]),
     "a vector called": ("return v(n)", ["line 7"]),
     "a text": ('v = "fast"\nreturn v', ["line 7"]),
 }

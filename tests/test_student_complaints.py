@@ -53,7 +53,7 @@ MISTAKES = {
     "numpy's transpose": (RCG, "", "return F.T @ F", 1, "A.transpose()"),
     "two square brackets": (RCG, "", "return F * F[0][0]", 1, "A[i, j]"),
     "a variable born in a branch": ("psi", "", "if s[0] > 1:\n    y = 2.0\nreturn y", 3, "give it a value before"),
-    "a power as in mathematics": ("psi", "", "return mu ^ 2", 1, "Power is **"),
+    "a power as in mathematics": ("psi", "", "return mu ^ 2", 1, "a power is **"),
 }  # fmt: skip
 
 

@@ -14,8 +14,8 @@ from typing import Any
 import numpy as np
 
 from muslin import engine, runtime
-from muslin.complaints import explained
-from muslin.errors import MuslinError, StudentCodeError
+from muslin.complaints import LIST, explained, misshapen
+from muslin.errors import MuslinError
 from muslin.source import remember
 from muslin.tasks import KINDS, Task, usable
 
@@ -173,12 +173,9 @@ def _make_kernel(
 
     def check(value: Any, k: int) -> bool:
         shape, _ = KINDS[results[k]]
-        got = _shape(title, value)
+        got = _shape(value)
         if got != shape:
-            what = "" if len(results) == 1 else f" as result {k + 1}"
-            raise StudentCodeError(
-                f"{title} returns {_describe(got)}{what} where {_describe(shape)} is asked."
-            )
+            raise misshapen(function, title, k, _describe(got), _describe(shape))
         return True
 
     scope = {"ti": ti, "function": function, "check": check, "types": array_types()}
@@ -188,21 +185,20 @@ def _make_kernel(
     return ti.kernel(scope["batch"])
 
 
-def _shape(title: str, value: Any) -> tuple[int, ...]:
-    """Shape of a value inside a kernel under compilation."""
+def _shape(value: Any) -> tuple[int, ...] | None:
+    """Shape of a value inside a kernel under compilation; None for a list."""
     if isinstance(value, (int, float)):
         return ()
     if isinstance(value, (list, tuple)):
-        raise StudentCodeError(
-            f"{title} returns a Python list, which is not a vector.",
-            "Write ti.Vector([...]) or ti.Matrix([...]) around it.",
-        )
+        return None
     if hasattr(value, "is_tensor"):
         return tuple(value.get_shape()) if value.is_tensor() else ()
     return tuple(getattr(value, "shape", ()) or ())
 
 
-def _describe(shape: tuple[int, ...]) -> str:
+def _describe(shape: tuple[int, ...] | None) -> str:
+    if shape is None:
+        return LIST
     if not shape:
         return "a number"
     return f"a vector of {shape[0]}" if len(shape) == 1 else f"a {shape[0]}x{shape[1]} matrix"

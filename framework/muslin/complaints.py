@@ -11,15 +11,20 @@ import re
 from collections.abc import Callable
 from typing import Any
 
-from muslin import paths
+from muslin import paths, reading
 from muslin.engine import inside
 from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
+from muslin.reading.page import sentence
 
 #: Pattern in "offending source line, newline, message" -> what to do. The first that matches is given.
 ADVICE: tuple[tuple[str, str], ...] = (
     (
         r"Return inside non-static",
         "Name the result before the branch, change it inside, return it once at the end.",
+    ),
+    (
+        r"numpy array can be used",
+        "A NumPy array does not come into a Taichi function: write ti.Vector([...]) or ti.Matrix([...]) inside.",
     ),
     (
         r"Did you mean to use `ti\.|0-dimensional (numpy )?array|\b(np|numpy|math)\.",
@@ -38,6 +43,12 @@ ADVICE: tuple[tuple[str, str], ...] = (
         "Vectors have methods for that: v.sum(), v.max(), v.min(). Of single numbers, ti.max(a, b).",
     ),
     (
+        r"Matrix\.identity\(\) missing|Invalid data type",
+        "The type comes first: ti.Matrix.identity(float, 3).",
+    ),
+    (r"Matrix\.diag\(\) missing", "A diagonal matrix is diag(v), after from muslin.given import diag."),
+    (r"(cols|rows)\(\) takes", "It takes one list: ti.Matrix.cols([a, b, c])."),
+    (
         r"when calling `\w+`",
         "Write @ti.func on the line above the def of the function that is called.",
     ),
@@ -51,7 +62,15 @@ ADVICE: tuple[tuple[str, str], ...] = (
         "Is it spelt like that elsewhere? A variable born inside an if or a loop is unknown after it: give it a "
         "value before.",
     ),
-    (r"\w *\^ *\w[^\n]*\n(.*\n)*?.*unsupported operand", "Power is ** in Python."),
+    (
+        r"atomic_add|atomic_sub",
+        "A number cannot take a vector: begin with ti.Vector([0.0, 0.0, 0.0]) instead of 0.0.",
+    ),
+    (r"for '\*': a \dx\d matrix and a vector", "A matrix times a vector is A @ v."),
+    (
+        r"for '[+-]':.*(matrix and a vector|vector of \d and a \dx)",
+        "A matrix and a vector have different sizes: a b^T is a.outer_product(b), A v is A @ v.",
+    ),
     (
         r"unsupported operand.*(matrix|vector of \d) and a (\d|vector)",
         "The two have different sizes: + and - need the same size, * works entry by entry, @ multiplies matrices.",
@@ -65,9 +84,42 @@ ADVICE: tuple[tuple[str, str], ...] = (
         "That part of Python does not run inside a Taichi function: plain formulas, if and for do.",
     ),
     (
+        r"ti\.Vector\((.*\n)+.*(PrimitiveType|one of them is a tensor)",
+        "The entries of ti.Vector([...]) are numbers, and a vector stands among them: vectors are added with +, and "
+        "put side by side with ti.Matrix.cols([a, b, c]).",
+    ),
+    (
+        r"\b(max|min)\((.*\n)+.*one of them is a tensor",
+        "The largest entry of a vector is v.max(), the smallest v.min(); max(a, b) takes two numbers.",
+    ),
+    (
         r"dt->is<PrimitiveType>",
         "Vectors cannot stand in ti.Matrix([...]): use ti.Matrix.rows([...]) or ti.Matrix.cols.",
     ),
+    (
+        r"one of them is a tensor",
+        "A vector stands where a number is needed: its components are v[0], v[1], v[2].",
+    ),
+    (
+        r"ti\.svd\((.*\n)+.*AssertionError",
+        "ti.svd takes square matrices only, and is not exact enough: write U, s, V = svd(F, N), after "
+        "from muslin.given import svd.",
+    ),
+    (r"ti\.(sym_)?eig\(", "Eigenvalues are not needed here: the handout gives them in closed form."),
+    (
+        r"Expected a square matrix",
+        "Only a square matrix has an inverse and a determinant; D.transpose() @ D is square where D is not.",
+    ),
+    (
+        r"conditions must be an integer; found a (vector|matrix|\dx)",
+        "The condition is a vector: * of two vectors works entry by entry, a.dot(b) is a number.",
+    ),
+    (
+        r"transpose\(\)` cannot apply to a vector",
+        "A vector has no transpose: a^T b is a.dot(b), and a b^T is a.outer_product(b).",
+    ),
+    (r"class 'str'", "A string is no number, vector or matrix: take it out."),
+    (r"Cannot unpack type", "Return as many values as the task asks for, separated by commas."),
     (r"get_num_elements", "The rows of a matrix must be equally long."),
     (
         r"List indices must be integers",
@@ -119,7 +171,8 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
     source = re.sub(r" \(version \d+\)$", "", source)
     where, snippet = _last_place(text, source)
     if (outside := re.search(rf"-?\d+ is {inside.OUT_OF_RANGE} .*", text)) is not None:
-        return StudentCodeError(f"{where}: {name} reads or writes out of range: {outside[0].rstrip('.')}.")
+        said = f"{where}: {name} reads or writes out of range: {outside[0].rstrip('.')}."
+        return StudentCodeError("\n".join(part for part in (said, snippet) if part))
     message = _message(text)
     if "NotImplementedError" in snippet:
         stub = re.findall(r"in (\w+):", text)[-1]
@@ -128,14 +181,112 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
         return StudentCodeError(
             f"{where}: {name} calls itself, and a Taichi function cannot.", "Write a loop."
         )
-    code = "\n".join(line for line in snippet.splitlines() if line.strip(" ^\t"))  # without underlining
-    advice = next((tip for pattern, tip in ADVICE if re.search(pattern, f"{code}\n{message}", re.I)), "")
-    if advice and re.match(
-        r"\[\w+\.(cpp|h):", message
-    ):  # an assertion of Taichi's compiler says nothing to anyone
+    note = _noticed(function, where)
+    if note is not None and not snippet:
+        where, snippet = f"{where}, line {note.line}", f"    {reading.row(function, note.line)}"
+    return StudentCodeError(told(name, where, snippet, message, note.words if note else ""))
+
+
+def told(name: str, where: str, snippet: str, message: str, noticed: str = "") -> str:
+    """A complaint in lines: where, the source, what Taichi says, what to write instead.
+
+    Parameters
+    ----------
+    name : str
+        The function.
+    where : str
+        File and line.
+    snippet : str
+        The source there, underlined.
+    message : str
+        What Taichi says is wrong.
+    noticed : str
+        What a reader notices in that line; it knows more than Taichi's words do.
+    """
+    code = "\n".join(line for line in snippet.split("\n") if line.strip(" ^\t"))  # without underlining
+    advice = noticed or next(
+        (tip for pattern, tip in ADVICE if re.search(pattern, f"{code}\n{message}", re.I)), ""
+    )
+    if advice and re.search(NOISE, message):
         message = ""
-    lines = [f"{where}: {name} does not compile.", snippet, message[:1].upper() + message[1:], advice]
-    return StudentCodeError("\n".join(line for line in lines if line))
+    lines = [f"{where}: {name} does not compile.", snippet, message[:1].upper() + message[1:]]
+    return "\n".join(line for line in [*lines, sentence(advice, code)] if line)
+
+
+#: Words of Taichi's insides, which say nothing to anyone.
+NOISE = r"^\[\w+\.(cpp|h):|__name__|^AssertionError|^MatMult|make_matrix|^TypedConstant|inspect\._empty"
+
+
+def _noticed(function: Callable[..., Any], where: str) -> reading.Note | None:
+    """What a reader notices in the line a complaint is about; without a line, what is noticed first."""
+    notes = reading.of(function)
+    line = re.search(r", line (\d+)$", where)
+    explains = (note for note in notes if not note.compiles)
+    return next((note for note in explains if line is None or note.line == int(line[1])), None)
+
+
+def misshapen(function: Callable[..., Any], title: str, which: int, got: str, asked: str) -> StudentCodeError:
+    """What is said of a result of the wrong shape.
+
+    Parameters
+    ----------
+    function : taichi function
+    title : str
+        What it is called.
+    which : int
+        The result, from 0.
+    got, asked : str
+        What it is and what it must be: "a number", "a vector of 3", "a 3x3 matrix", `LIST`.
+    """
+    task = getattr(function, "task", None)
+    names = [value.name for value in task.results] if task is not None else []
+    part = f" as result {which + 1}" if which or len(names) > 1 else ""
+    said = f"{title} returns {got}{part} where {asked} is asked."
+    found = reading.returned(function)
+    if found is None:
+        return StudentCodeError(said)
+    line, code = found
+    source = re.sub(r" \(version \d+\)$", "", inspect.getsourcefile(inspect.unwrap(function)) or "")
+    advice = next((tip for pattern, tip in SHAPES if re.search(pattern, f"{code}\n{got} -> {asked}")), "")
+    birth = reading.born(function, which) if got == "a number" else None
+    if birth is not None:
+        zero = "ti.Vector([0.0, 0.0, 0.0])" if "vector" in asked else "ti.Matrix.zero(float, 3, 3)"
+        name = code.removeprefix("return").split(",")[which].strip()
+        advice = (
+            f"{name} is born as a number in line {birth.lineno}, and stays one: begin with {name} = {zero}."
+        )
+    elif len(names) > 1 and not advice:
+        advice = f"The results are, in this order: {', '.join(names)}."
+    lines = (f"{paths.shown(source)}, line {line}: {said}", f"    {code}", advice)
+    return StudentCodeError("\n".join(text for text in lines if text))
+
+
+#: What a result is called that is not one value.
+LIST = "a Python list, which is not a vector,"
+
+#: Pattern in "expression returned, newline, what it is -> what is asked" -> what to do.
+SHAPES: tuple[tuple[str, str], ...] = (
+    (r"\[(.*\n)+a Python list", "Write ti.Vector([...]) or ti.Matrix([...]) around it."),
+    (r"a Python list", "Several values stand in one name there: take them apart, as in U, s, V = svd(F, N)."),
+    (
+        r"abs\((.*\n)+a vector of \d -> a number",
+        "abs of a vector works entry by entry: its length is v.norm().",
+    ),
+    (
+        r" \* (.*\n)+a vector of \d -> a number",
+        "* of two vectors works entry by entry: a.dot(b) is a number.",
+    ),
+    (r"a \dx1 matrix -> a vector", "A matrix of one column is no vector: write ti.Vector([a, b, c])."),
+    (
+        r"a vector of (4|9) -> a \dx\d",
+        "A matrix is written row by row: ti.Matrix([[a, b, c], [d, e, f], [g, h, i]]).",
+    ),
+    (r"a number -> a vector of 3", "A vector is ti.Vector([a, b, c])."),
+    (
+        r"a number -> a \dx\d matrix",
+        "A matrix is ti.Matrix([[...], [...], [...]]), or a product of matrices.",
+    ),
+)
 
 
 def _last_place(text: str, source: str) -> tuple[str, str]:
@@ -144,7 +295,7 @@ def _last_place(text: str, source: str) -> tuple[str, str]:
     if not places:
         return paths.shown(source) if source else "your function", ""
     snippet = []
-    for line in text[places[-1].end() :].splitlines():
+    for line in text[places[-1].end() :].split("\n"):
         if not line.startswith((" ", "\t")):
             break
         snippet.append(line)
@@ -153,7 +304,7 @@ def _last_place(text: str, source: str) -> tuple[str, str]:
 
 def _message(text: str) -> str:
     """What Taichi says is wrong: the end of the text, without stack or source lines."""
-    last = text.splitlines()[-1] if text else "no message"
+    last = text.split("\n")[-1] if text else "no message"
     last = re.sub(r"^(\w+\.)*(\w+(Error|Exception)): ", "", last)
     last = re.sub(r"the object (<class '[\w.]+'>) in Taichi scope\..*", r"\1", last)
     last = last.replace("<class 'list'>", "a Python list")

@@ -221,7 +221,10 @@ def complaint(error: SyntaxError, text: str, where: str) -> StudentCodeError:
     if "unterminated" in (error.msg or "") and (opened := _open_docstring(text)):
         advice = f'Line {opened} opens a docstring with """, and nothing closes it there.'
     said = (error.msg or "invalid syntax").split(" (detected")[0].split(" Maybe you meant")[0]
-    shown = [f"{where}, line {number}: Python cannot read this: {said.rstrip('.')}.", *_pointed(row, error)]
+    shown = [
+        f"{where}, line {number}: Python cannot read this: {said.rstrip('.')}{'' if said.endswith('?') else '.'}",
+        *_pointed(row, error),
+    ]
     return StudentCodeError("\n".join([*shown, advice] if advice else shown))
 
 

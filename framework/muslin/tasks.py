@@ -8,23 +8,21 @@ a folder by path, so any folder with those files is a submission; one broken fil
 from __future__ import annotations
 
 import ast
-import contextlib
 import inspect
-import itertools
-import linecache
 import re
 import sys
 import textwrap
-import traceback
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import MappingProxyType, ModuleType
 from typing import Any
 
-from muslin import engine, paths, source, syntax
+from muslin import importing, paths, reading
 from muslin.engine import inside
 from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
+from muslin.reading import vocabulary
+from muslin.reading.page import sentence
 
 MANIFEST = "assignment.toml"
 
@@ -249,7 +247,7 @@ def load(folder: Path | str, table: Assignment | str = "cloth") -> Functions:
             f"There are no task files in {paths.shown(folder)}.",
             f"Go to the folder with {table.files[0]}, or name it with --functions.",
         )
-    modules = {file: _import(folder / file) for file in table.files}
+    modules = {file: importing.module(folder / file) for file in table.files}
     return Functions(
         folder, table, {task.name: _find(task, modules[task.file], folder) for task in table.tasks.values()}
     )
@@ -267,114 +265,92 @@ def usable(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-def _import(path: Path) -> ModuleType | MuslinError:
-    """Import one student file on its own, without letting it restart Taichi."""
-    where = paths.shown(path)
-    if not path.is_file():
-        return StudentCodeError(f"{where} is missing.", "Copy it back from the assignment.")
-    engine.load()
-    try:
-        text = source.decoded(path.read_bytes(), where)
-        if re.match(r'\s*\{\s*"(cells|metadata|nbformat)"', text):
-            return StudentCodeError(f"{where} is a notebook, not a Python file.", "Export it as .py.")
-        filename = _remembered(path, text)
-        module = ModuleType(f"muslin_student_{path.stem}")
-        module.__file__ = filename
-        module.__dict__["__builtins__"] = engine.builtins_with()
-        with _taichi_locked(where):
-            exec(syntax.compiled(text, filename, where), module.__dict__)
-    except MuslinError as error:
-        return error
-    except OSError as error:
-        return StudentCodeError(f"{where} cannot be read: {error.strerror}.")
-    except SyntaxError as error:
-        if error.lineno is None:  # Taichi's own, on decorating
-            return StudentCodeError(
-                f"{where}: {error}", 'Write "@ti.func" above each task, not "@ti.kernel".'
-            )
-        return syntax.complaint(error, text, where)
-    except (Exception, SystemExit) as error:
-        if "missing 1 required positional argument: 'fn'" in str(error):
-            return StudentCodeError(f'{_line_of(error, path)}: write "@ti.func" without brackets.')
-        return StudentCodeError(
-            f"{_line_of(error, path)}: importing the file fails: {type(error).__name__}: {error}."
-        )
-    return module
-
-
-#: Marks later versions of a file in the name its code goes by.
-_VERSION = " (version "
-
-_versions = itertools.count(2)
-
-
-def _remembered(path: Path, text: str) -> str:
-    """Name under which Python and Taichi find this source again, whatever happens to the file.
-
-    Taichi reads a function's source when it first compiles it, perhaps long after the file was loaded: each
-    version of a file keeps its own. Nothing is read from or written to `__pycache__`.
-    """
-    filename = str(path)
-    known = linecache.cache.get(filename)
-    if known is not None and known[2] != source.rows(text):  # type: ignore[misc]
-        filename = f"{filename}{_VERSION}{next(_versions)})"
-    source.remember(filename, text)
-    return filename
-
-
-@contextlib.contextmanager
-def _taichi_locked(where: str) -> Iterator[None]:
-    """Forbid `ti.init` and `ti.reset` while a student's file is imported."""
-    ti = engine.load()
-    saved = {name: getattr(ti, name) for name in ("init", "reset")}
-
-    def forbidden(*args: Any, **kwargs: Any) -> None:
-        raise StudentCodeError(
-            f"{where} calls ti.init or ti.reset.", "Muslin starts Taichi itself: take that line out."
-        )
-
-    try:
-        for name in saved:
-            setattr(ti, name, forbidden)
-        yield
-    finally:
-        for name, function in saved.items():
-            setattr(ti, name, function)
-
-
-def _line_of(error: BaseException, path: Path) -> str:
-    """`file, line n`: the last line of the student's file that an error passed through."""
-    frames = traceback.extract_tb(error.__traceback__)
-    lines = [f.lineno for f in frames if f.filename.split(_VERSION)[0] == str(path)]
-    return f"{paths.shown(path)}, line {lines[-1]}" if lines else paths.shown(path)
-
-
 def _find(task: Task, module: ModuleType | MuslinError, folder: Path) -> Callable[..., Any]:
     where = paths.shown(folder / task.file)
     if isinstance(module, MuslinError):
         return _failing(task, module)
+    try:
+        function = _sound(task, module, where)
+    except MuslinError as error:
+        return _failing(task, error)
+    function.task = task  # type: ignore[attr-defined]
+    fatal = next((note for note in reading.of(function) if note.fatal), None)
+    if fatal is not None:
+        row = importing.row(module, fatal.line)
+        words = f"{where}, line {fatal.line}: {task.name} cannot be run as it is.\n    {row}"
+        return _failing(task, StudentCodeError(f"{words}\n{sentence(fatal.words, row)}"))
+    return function
+
+
+def _sound(task: Task, module: ModuleType, where: str) -> Callable[..., Any]:
+    """A task's function, if it is one of Taichi with the arguments asked for, and is filled in.
+
+    Raises
+    ------
+    MuslinError
+        With what is wrong, and the line.
+    """
     function = getattr(module, task.name, None)
     if not callable(function):
-        return _failing(
-            task, StudentCodeError(f"{where} has no function {task.name}.", "Copy its first line back.")
-        )
+        raise _absent(task, module, where)
+    place = f"{where}, line {line}" if (line := importing.line_of_def(module, task.name)) else where
     if not inside.is_function(function):
-        hint = f"Write @ti.func on the line above def {task.name}."
-        return _failing(task, StudentCodeError(f"{task.name} in {where} is not a Taichi function.", hint))
+        instead = f" instead of {found}" if (found := importing.decorator(module, task.name)) else ""
+        raise StudentCodeError(
+            f"{place}: {task.name} is not a Taichi function.",
+            f"Write @ti.func on the line above def {task.name}{instead}.",
+        )
     expected = [argument.name for argument in task.arguments]
     given = list(inspect.signature(function).parameters)
     if given != expected:
-        message = f"{task.name} in {where} takes ({', '.join(given)})."
-        return _failing(task, StudentCodeError(message, f"It must take ({', '.join(expected)})."))
+        order = ", in this order" if sorted(given) == sorted(expected) else ""
+        raise StudentCodeError(
+            f"{place}: {task.name} takes ({', '.join(given)}).",
+            f"It must take ({', '.join(expected)}){order}.",
+        )
     tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(function))))
     if is_stub(tree):
-        return _failing(task, NotImplementedYet(f"not implemented yet: {task.name} ({where})"))
-    if not any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(tree)):
-        return _failing(
-            task, StudentCodeError(f"{task.name} in {where} returns nothing.", "End it with a return.")
+        raise NotImplementedYet(
+            f"not implemented yet: {task.name} ({where}){_left_over(tree, module, task.name)}"
         )
-    function.task = task
+    if not any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(tree)):
+        raise StudentCodeError(f"{place}: {task.name} returns nothing.", "End it with return and the result.")
     return function
+
+
+def _absent(task: Task, module: ModuleType, where: str) -> StudentCodeError:
+    """What is said of a function that is not there under its name."""
+    names = importing.defined(module)
+    signature = f"def {task.name}({', '.join(argument.name for argument in task.arguments)}):"
+    if task.name in names:  # in a class, or in another function
+        return StudentCodeError(
+            f"{where}, line {names[task.name]}: {task.name} stands inside something else, so {where} has no function "
+            f"{task.name} of its own.",
+            "Let its def begin in the first column.",
+        )
+    if alike := vocabulary.near(task.name, names):
+        return StudentCodeError(
+            f"{where} has no function {task.name}, but {alike} in line {names[alike]}.",
+            f"If that is it, name it as it was: {signature}",
+        )
+    return StudentCodeError(
+        f"{where} has no function {task.name}.", f"Copy its first lines back: @ti.func and {signature}"
+    )
+
+
+def _left_over(tree: ast.Module, module: ModuleType, name: str) -> str:
+    """What is said of a stub that has been filled in all the same, or is there a second time."""
+    body = tree.body[0].body if isinstance(tree.body[0], ast.FunctionDef) else []
+    lines = importing.lines_of_def(module, name)
+    if len(lines) > 1:
+        numbers = " and ".join(map(str, lines))
+        return f". It is defined in lines {numbers}, and Python takes the last: delete the stub"
+    done = [s for s in body if not isinstance(s, (ast.Raise, ast.Pass)) and not _is_docstring(s)]
+    return ". Take the line raise NotImplementedError out when your code is there" if done else ""
+
+
+def _is_docstring(statement: ast.stmt) -> bool:
+    return isinstance(statement, ast.Expr) and isinstance(statement.value, ast.Constant)
 
 
 def _failing(task: Task, failure: MuslinError) -> Callable[..., Any]:

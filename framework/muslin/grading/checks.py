@@ -9,7 +9,7 @@ told but a category.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -124,8 +124,27 @@ class Verdict:
 _STATUS = {"": PASSED, "stub": NOT_IMPLEMENTED}
 
 
-def judge_public(table: Assignment, task: Task, outcome: Outcome) -> Verdict:
-    """Form and public cases, with everything there is to say about them."""
+def judge_public(table: Assignment, task: Task, outcome: Outcome, notes: Sequence[str] = ()) -> Verdict:
+    """Form and public cases, with everything there is to say about them.
+
+    Parameters
+    ----------
+    table : Assignment
+    task : Task
+    outcome : Outcome
+    notes : sequence of str
+        What a reader notices in the function's text; told where an answer is wrong.
+    """
+    verdict = _judged(table, task, outcome)
+    last = verdict.checks[-1]
+    if notes and last.status == FAILED and not outcome.kind:
+        verdict.checks[-1] = replace(
+            last, message="\n".join([last.message, *(f"look: {note}" for note in notes)])
+        )
+    return verdict
+
+
+def _judged(table: Assignment, task: Task, outcome: Outcome) -> Verdict:
     verdict = Verdict(task, printed=outcome.printed)
     if outcome.kind:
         verdict.status = _STATUS.get(outcome.kind, ERROR)

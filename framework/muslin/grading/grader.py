@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 import muslin
-from muslin import engine, paths, runtime, tasks
+from muslin import engine, paths, reading, runtime, tasks
 from muslin.errors import MuslinError
 from muslin.grading import checks, simulating, wire
 from muslin.grading.checks import Outcome, Private, Verdict
@@ -155,6 +155,7 @@ class _Part:
         self._files = {file: handed.files[file]} if file in handed.files else {}
         self._worker: Worker | None = None
         self._failures: dict[str, list[str]] = {}
+        self._notes: dict[str, list[str]] = {}  # what a reader notices in a function's text
         self._loaded = False
         self._known: Mapping[str, np.ndarray] = {}  # what an earlier grading had compiled
         self._broken: Outcome | None = None  # the file itself cannot be loaded
@@ -169,7 +170,9 @@ class _Part:
             outcome = self.ask(task.name, inputs)
             if outcome.kind == "crash":
                 outcome = self._explained(task.name, inputs, outcome)
-            verdicts[task.name] = checks.judge_public(self._table, task, outcome)
+            verdicts[task.name] = checks.judge_public(
+                self._table, task, outcome, self._notes.get(task.name, ())
+            )
             tick(task.name)
         if self._worker is not None and self._worker.status is None and self._store.keeps and not self._known:
             # now, because a worker that has seen hidden inputs could keep them for its next public stage
@@ -221,9 +224,11 @@ class _Part:
             return None
         self._worker = self._sandbox.worker(_COVERED, debug)
         known = self._known = {} if debug else self._store.load(self._file)
-        failures, trouble = _load(self._worker, self._table, self._files, known, deadline, self._deadline)
+        failures, notes, trouble = _load(
+            self._worker, self._table, self._files, known, deadline, self._deadline
+        )
         if trouble is None:
-            self._failures, self._loaded = failures, True
+            self._failures, self._notes, self._loaded = failures, notes, True
         elif not self._loaded:  # so it never will be
             self._broken = trouble
         return trouble
@@ -257,19 +262,31 @@ def _load(
     kernels: Mapping[str, np.ndarray],
     deadline: float,
     allowed: float,
-) -> tuple[dict[str, list[str]], Outcome | None]:
-    """Load task files into a worker: what is wrong with which function, or why it could not be done."""
+) -> tuple[dict[str, list[str]], dict[str, list[str]], Outcome | None]:
+    """Load task files into a worker: what is wrong with which function, what is noticed in it, or why it failed."""
     manifest = paths.assignment(table.name) / MANIFEST
     contents = {MANIFEST: manifest.read_bytes(), **files}
     arrays = {name: np.frombuffer(data, dtype=np.uint8) for name, data in contents.items()}
     header, _, trouble = _asked(worker, {"do": "load"}, {**kernels, **arrays}, deadline, allowed)
     if trouble is not None:
         prefix = "" if trouble.kind in ("code", "stub") else "While the file is imported: "
-        return {}, Outcome((), trouble.kind, prefix + trouble.text, trouble.printed)
+        return {}, {}, Outcome((), trouble.kind, prefix + trouble.text, trouble.printed)
     failures = header.get("failures")
     if not isinstance(failures, dict) or not all(_is_error(entry) for entry in failures.values()):
-        return {}, Outcome(kind="garbled", text=_GARBLED)
-    return failures, None
+        return {}, {}, Outcome(kind="garbled", text=_GARBLED)
+    return failures, _notes(header.get("notes")), None
+
+
+def _notes(found: Any) -> dict[str, list[str]]:
+    """Notes on functions as a worker sends them; what does not look like that is left out."""
+    if not isinstance(found, dict):
+        return {}
+    texts = {
+        task: [note[: reading.LONGEST] for note in notes if isinstance(note, str)][: reading.MOST]
+        for task, notes in found.items()
+        if isinstance(notes, list)
+    }
+    return {task: notes for task, notes in texts.items() if notes}
 
 
 def _asked(
@@ -347,7 +364,7 @@ def _run(
     deadline = time.monotonic() + allowed
     worker = sandbox.worker()
     try:
-        _, trouble = _load(worker, table, files, store.load("simulation"), deadline, allowed)
+        _, _, trouble = _load(worker, table, files, store.load("simulation"), deadline, allowed)
         run: dict[str, np.ndarray] = {}
         if trouble is None:
             request = {"do": "simulate", "stand_ins": stand_ins}

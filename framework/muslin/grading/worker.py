@@ -214,7 +214,7 @@ def serve(
     """
     import numpy as np
 
-    from muslin import batch, tasks
+    from muslin import batch, reading, tasks
     from muslin.errors import MuslinError, NotImplementedYet
     from muslin.grading import wire
 
@@ -245,6 +245,7 @@ def serve(
                     if tasks.failure_of(functions[task])
                 }
                 reply["failures"] = failures
+                reply["notes"] = {task: reading.told(functions[task]) for task in table.tasks}
             elif header["do"] == "evaluate":
                 assert functions is not None
                 arguments: dict[str, Any] = dict(arrays)

@@ -6,8 +6,7 @@ asks a worker, where `examine` runs the student's code.
 
 from __future__ import annotations
 
-import re
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -23,9 +22,6 @@ SEEDS = ("check 0", "check 1", "check 2", "check 3")
 
 #: What comes when every task is green.
 NEXT = "muslin run drape shows your cloth move; muslin submit packs it to hand in."
-
-#: Notes shown at most.
-MOST_NOTES = 3
 
 #: A worker is renewed after so many checks: each leaves about 4 MB of kernels behind.
 RENEWED_AFTER = 40
@@ -83,14 +79,15 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
             continue
         except MuslinError as error:
             message = str(error)
-            yield Report(name, ERROR, message, notes=_notes(folder, table.tasks[name], message))
+            function = loaded[file][name] if file in loaded else None
+            yield Report(name, ERROR, message, notes=_notes(function, message))
             continue
         outputs = got if isinstance(got, tuple) else (got,)
         report = _compared(table, name, outputs, inputs, expected)
         if report.status == GREEN:
             report = _held(table, name, loaded[file][name]) or report
         if report.status != GREEN:
-            report = replace(report, notes=_notes(folder, table.tasks[name]))
+            report = replace(report, notes=_notes(loaded[file][name]))
         yield report
 
 
@@ -140,17 +137,22 @@ def _held(table: Any, name: str, function: Any) -> Report | None:
     return None
 
 
-def _notes(folder: Path, task: Any, message: str = "") -> tuple[str, ...]:
-    """What is noticed in a task's text; of a complaint only about its own line, if it names one."""
-    from muslin import reading, source
+def _notes(function: Callable[..., Any] | None, message: str = "") -> tuple[str, ...]:
+    """What is noticed in a function's text; nothing if a complaint tells of it already."""
+    from muslin import reading
 
-    try:
-        found = reading.notes(source.read(folder / task.file), task.name)
-    except MuslinError:
+    if function is None or any(note.words[1:] in message for note in reading.of(function)):
         return ()
-    if (line := re.search(r", line (\d+)", message)) is not None:
-        found = [note for note in found if note.line == int(line[1])] or found
-    return tuple(str(note) for note in found[:MOST_NOTES])
+    return tuple(reading.told(function))
+
+
+def noticed(folder: Path, assignment: str, name: str) -> Iterator[str]:
+    """What is noticed in a task's function, which is not run; runs in a worker."""
+    from muslin import tasks
+
+    table = tasks.assignment(assignment)
+    inside = {key: task for key, task in table.tasks.items() if task.file == table.tasks[name].file}
+    yield from _notes(tasks.load(folder, replace(table, tasks=inside))[name])
 
 
 class Checker:
@@ -215,9 +217,18 @@ class Checker:
         workspace.remember("verdicts", report.task, kept)
         return report
 
+    def _read(self, workspace: Workspace, name: str) -> tuple[str, ...]:
+        """What is noticed in a function that cannot be run; in a worker, since its file must be imported."""
+        arguments = (workspace.folder, workspace.table.name, name)
+        try:
+            with Worker() as worker:
+                return tuple(worker.ask(noticed, *arguments, deadline=workspace.table.grading.deadline))
+        except MuslinError:
+            return ()
+
     def _crashed(self, workspace: Workspace, name: str, crash: Crashed) -> Report:
         """What a crash was about: a second look, slower, names an index out of range."""
-        told = Report(name, ERROR, crash.message, notes=_notes(workspace.folder, workspace.table.tasks[name]))
+        told = Report(name, ERROR, crash.message, notes=self._read(workspace, name))
         if crash.late:
             return told
         try:

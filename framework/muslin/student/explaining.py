@@ -107,7 +107,7 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     MuslinError
         If there is no such case, or the function cannot be run.
     """
-    from muslin import reference, tasks
+    from muslin import reading, reference, tasks
     from muslin.batch import evaluate
 
     table = tasks.assignment(assignment)
@@ -148,6 +148,8 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
             yield from _beside(entry.name if len(expected) > 1 else "Result", mine[case], right[case])
         assert verdict is not None
         yield from _verdict(table.tasks[name], got, expected, inputs, verdict, assignment)
+        if not verdict.ok:
+            yield from (f"  look: {note}" for note in reading.told(functions[name]))
     yield from _whole(functions, assignment, name, case)
 
 
