@@ -108,7 +108,7 @@ LINES: tuple[tuple[str, str], ...] = (
 
 #: What to do about a formula in two lines.
 CONTINUED = (
-    "A formula that goes on in the next line stands in brackets ( ): without them it ends with the line."
+    "A formula that goes on in the next line stands in brackets ( ); without them it ends with the line."
 )
 
 #: Pattern in Python's message -> what to do, where the line itself says nothing.

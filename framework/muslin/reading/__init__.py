@@ -48,7 +48,7 @@ def notes(text: str, name: str, asked: tuple[str, ...] = ()) -> list[Note]:
     found: list[Note] = []
     for one in used(functions, name):
         arguments = frozenset(_arguments(functions[one]))
-        page = Page(functions[one], arguments, functions, modules, known, asked if one == name else ())
+        page = Page(text, functions[one], arguments, functions, modules, known, asked if one == name else ())
         found += [note for notice in (*HABITS, *NAMES, *TRAPS) for note in notice(page)]
     defined = [n for n in source.tree.body if isinstance(n, ast.FunctionDef) and n.name == name]
     if len(defined) > 1:

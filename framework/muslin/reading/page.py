@@ -41,6 +41,8 @@ class Page:
 
     Attributes
     ----------
+    text : str
+        The file.
     node : ast.FunctionDef
     arguments : frozenset of str
     functions : dict
@@ -53,6 +55,7 @@ class Page:
         Names of the results the task asks for; empty for a helper.
     """
 
+    text: str
     node: ast.FunctionDef
     arguments: frozenset[str]
     functions: dict[str, ast.FunctionDef]
@@ -62,7 +65,8 @@ class Page:
 
     def note(self, node: ast.AST, words: str, fatal: bool = False, compiles: bool = False) -> Note:
         """A note about a node."""
-        return Note(node.lineno, shown(node), words, fatal, compiles)  # type: ignore[attr-defined]
+        code = shorter(ast.get_source_segment(self.text, node) or shown(node))
+        return Note(node.lineno, code, words, fatal, compiles)  # type: ignore[attr-defined]
 
     def foreign(self, name: str) -> bool:
         """Whether a name is NumPy's or math's, and not an argument."""
@@ -80,7 +84,12 @@ def sentence(words: str, code: str) -> str:
 
 def shown(node: ast.AST) -> str:
     """A node as one short line of code."""
-    code = " ".join(ast.unparse(node).split())
+    return shorter(ast.unparse(node))
+
+
+def shorter(code: str) -> str:
+    """Code in one line, cut where it is long."""
+    code = " ".join(code.split())
     return code if len(code) <= 60 else code[:57] + "..."
 
 
