@@ -30,6 +30,7 @@ from muslin.errors import MuslinError
 from muslin.integrators import State
 from muslin.mesh import Mesh
 from muslin.scenes import Scene
+from muslin.writing import write
 
 #: Columns of the energy log: what, unit.
 COLUMNS = {
@@ -281,4 +282,4 @@ def _save(path: Path, array: np.ndarray) -> None:
 
 
 def _write_json(path: Path, value: dict[str, Any]) -> None:
-    path.write_text(json.dumps(value, indent=1) + "\n", encoding="utf-8")
+    write(path, f"{json.dumps(value, indent=1)}\n".encode())

@@ -128,7 +128,9 @@ def grade_class(
     table = tasks.assignment(assignment)
     found, notes = finding.find(submissions, table)
     set_by_hand = overrides.read(by_hand, found, table) if by_hand else {}
-    terms = Terms(assignment, edition(assignment), _hidden(hidden, table), seed, safety, deadline)
+    ours = (submissions, out, hidden, by_hand)
+    secrets = tuple(str(Path(path).resolve()) for path in ours if path is not None)
+    terms = Terms(assignment, edition(assignment), _hidden(hidden, table), seed, safety, deadline, secrets)
     ledger = Ledger(Path(out))
     with ledger.locked():
         collected = _collected(found, table)

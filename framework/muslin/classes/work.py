@@ -13,7 +13,6 @@ import os
 import pickle
 import subprocess
 import sys
-import tempfile
 import threading
 from collections.abc import Callable
 from dataclasses import asdict, dataclass, replace
@@ -25,6 +24,7 @@ import muslin
 from muslin import paths, tasks
 from muslin.errors import MuslinError, of_system
 from muslin.grading.submission import Handed
+from muslin.scratch import CLASS, Scratch, remove
 
 
 @dataclass(frozen=True)
@@ -40,6 +40,8 @@ class Terms:
         The files of the instructor's hidden data; empty if there are none.
     seed, safety, deadline
         As in `muslin.grade`.
+    secrets : tuple of str
+        Files and folders that no submission may see, wherever they lie; no verdict depends on them.
     """
 
     assignment: str
@@ -48,6 +50,7 @@ class Terms:
     seed: str | None = None
     safety: str = "auto"
     deadline: float | None = None
+    secrets: tuple[str, ...] = ()
 
     def stamp(self, handed: Handed) -> dict[str, str]:
         """What a verdict depends on: a result is taken over only if all of this is the same."""
@@ -139,6 +142,16 @@ def python(module: str) -> list[str]:
 
 def graded(terms: Terms, job: Job, on_start: Callable[[subprocess.Popen], None] | None = None) -> Result:
     """Grade a submission in a process of its own, and wait for it. Never raises on account of the submission."""
+    try:
+        with Scratch(CLASS) as scratch:  # ours, so that it goes however that process ends
+            return _graded_apart(terms, job, scratch.path, on_start)
+    except OSError as error:  # a full disk, too many processes
+        return Result(job.key, error=str(of_system(error)), final=False)
+
+
+def _graded_apart(
+    terms: Terms, job: Job, folder: str, on_start: Callable[[subprocess.Popen], None] | None
+) -> Result:
     process = subprocess.Popen(
         python("muslin.classes.work"),
         stdin=subprocess.PIPE,
@@ -164,7 +177,7 @@ def graded(terms: Terms, job: Job, on_start: Callable[[subprocess.Popen], None] 
         assert process.stdin is not None
         assert process.stdout is not None
         with contextlib.suppress(BrokenPipeError):
-            message = pickle.dumps((terms, job))
+            message = pickle.dumps((terms, job, folder))
             process.stdin.write(len(message).to_bytes(8, "big") + message)
             process.stdin.flush()
         answer = process.stdout.read()
@@ -200,16 +213,17 @@ def main() -> None:
     out = os.dup(1)
     os.dup2(2, 1)  # nothing else gets between
     size = int.from_bytes(sys.stdin.buffer.read(8), "big")
-    terms, job = pickle.loads(sys.stdin.buffer.read(size))
-    threading.Thread(target=_end_with_parent, daemon=True).start()
-    result = _graded_here(terms, job)
+    terms, job, folder = pickle.loads(sys.stdin.buffer.read(size))
+    threading.Thread(target=_end_with_parent, args=(folder,), daemon=True).start()
+    result = _graded_here(terms, job, folder)
     with open(out, "w", encoding="utf-8") as stream:
         json.dump(asdict(replace(result, cpu=_processor_time())), stream)
     os._exit(0)  # the thread that watches the parent is reading still
 
 
-def _end_with_parent() -> None:
+def _end_with_parent(folder: str) -> None:
     os.read(0, 1)
+    remove(folder)
     os._exit(1)
 
 
@@ -218,24 +232,24 @@ def _processor_time() -> float:
     return round(times.user + times.system + times.children_user + times.children_system, 3)
 
 
-def _graded_here(terms: Terms, job: Job) -> Result:
+def _graded_here(terms: Terms, job: Job, folder: str) -> Result:
     from muslin.grading.grader import grade
 
     if (here := edition(terms.assignment)) != terms.edition:
         text = f"This worker has another edition of the assignment ({here} instead of {terms.edition})."
         return Result(job.key, error=text, final=False)
     try:
-        with tempfile.TemporaryDirectory(prefix="muslin-class-") as scratch:
-            hidden = None
-            if terms.hidden:
-                hidden = Path(scratch, "hidden data")
-                hidden.mkdir()
-                for name, data in terms.hidden:
-                    (hidden / name).write_bytes(data)
-            record = grade(
-                job.handed, terms.assignment, hidden=hidden, seed=terms.seed, safety=terms.safety,
-                deadline=terms.deadline, fresh=True,  # hardly any is graded twice, and keeping costs time
-            )  # fmt: skip
+        hidden = None
+        if terms.hidden:
+            hidden = Path(folder, "hidden data")
+            hidden.mkdir()
+            for name, data in terms.hidden:
+                (hidden / name).write_bytes(data)
+        record = grade(
+            job.handed, terms.assignment, hidden=hidden, seed=terms.seed, safety=terms.safety,
+            deadline=terms.deadline, secrets=terms.secrets,
+            fresh=True,  # hardly any is graded twice, and keeping costs time
+        )  # fmt: skip
     except MuslinError as error:
         return Result(job.key, error=str(error), final=False)
     except OSError as error:  # a full disk, too many processes

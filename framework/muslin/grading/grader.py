@@ -39,6 +39,7 @@ def grade(
     safety: str = "auto",
     deadline: float | None = None,
     fresh: bool = False,
+    secrets: Sequence[Path | str] = (),
     on_progress: Progress | None = None,
 ) -> Record:
     """Grade a submission.
@@ -60,6 +61,8 @@ def grade(
         Time a task may take, compilation included [s]; default the manifest's.
     fresh : bool
         Compile everything anew, instead of taking over what an earlier grading of the same bytes compiled.
+    secrets : sequence of path
+        Files and folders besides that the submission must not see, such as those of others.
     on_progress : callable, optional
 
     Returns
@@ -88,9 +91,9 @@ def grade(
             on_progress(done, total, what)
 
     seconds = dict.fromkeys(table.tasks, 0.0)
-    secrets = [folder] if folder else []
+    kept = [*map(Path, secrets), *([folder] if folder else [])]
     # the sandbox is left first: whatever interrupts us ends the workers, and with them what the pool waits for
-    with ThreadPoolExecutor(max(2, runtime.usable_cores())) as pool, Sandbox(safety, secrets) as sandbox:
+    with ThreadPoolExecutor(max(2, runtime.usable_cores())) as pool, Sandbox(safety, kept) as sandbox:
         limit = deadline or table.grading.deadline
         store = Store(None if fresh else handed.about.sha256)
         parts = [_Part(sandbox, table, handed, file, limit, seconds, store) for file in table.files]

@@ -8,9 +8,7 @@ from __future__ import annotations
 
 import contextlib
 import hashlib
-import os
-import shutil
-import tempfile
+import io
 from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
@@ -18,7 +16,9 @@ from pathlib import Path
 import numpy as np
 
 import muslin
-from muslin import engine, paths
+from muslin import engine, paths, scratch
+from muslin.errors import MuslinError
+from muslin.writing import write
 
 #: Largest store of one part of a submission, and of all submissions together [bytes].
 LARGEST_PART, LARGEST_TOTAL = 20_000_000, 300_000_000
@@ -54,37 +54,54 @@ class Store:
             return {}
         try:
             with np.load(self._folder / f"{part}.npz", allow_pickle=False) as data:
-                return {name: data[name] for name in data.files}
-        except (OSError, ValueError, EOFError):
+                files = {name: data[name] for name in data.files}
+        except Exception:  # cut off, overwritten, no file of ours: as if it were not there
             return {}
+        return files if sound(files) else {}
 
     def save(self, part: str, files: Mapping[str, np.ndarray]) -> None:
         """Keep the files of a part, if they are what they should be."""
-        sound = all(
-            name.startswith("kernels/")
-            and name.count("/") == 1
-            and ".." not in name
-            and data.dtype == np.uint8
-            for name, data in files.items()
-        )
-        if self._folder is None or not sound or sum(data.nbytes for data in files.values()) > LARGEST_PART:
+        if self._folder is None or not sound(files):
             return
-        with contextlib.suppress(OSError):
-            descriptor, name = tempfile.mkstemp(dir=self._folder, suffix=".new")
-            with os.fdopen(descriptor, "wb") as stream:
-                np.savez(stream, **dict(files))  # type: ignore[arg-type]
-            os.replace(name, self._folder / f"{part}.npz")
+        packed = io.BytesIO()
+        np.savez(packed, **dict(files))  # type: ignore[arg-type]
+        with contextlib.suppress(MuslinError):
+            write(self._folder / f"{part}.npz", packed.getvalue(), private=True)
+
+
+def sound(files: Mapping[str, np.ndarray]) -> bool:
+    """Whether files are what a worker's compiled kernels should be, in name, type and size."""
+    named = all(
+        name.startswith("kernels/") and name.count("/") == 1 and ".." not in name and data.dtype == np.uint8
+        for name, data in files.items()
+    )
+    return named and sum(data.nbytes for data in files.values()) <= LARGEST_PART
 
 
 def tidy() -> None:
     """Drop the stores not used for longest, until all together are small enough."""
-    with contextlib.suppress(OSError):
-        stores = sorted(_home().iterdir(), key=lambda folder: folder.stat().st_mtime, reverse=True)
-        total = 0
-        for store in stores:
-            total += sum(file.stat().st_size for file in store.iterdir())
-            if total > LARGEST_TOTAL:
-                shutil.rmtree(store, ignore_errors=True)
+    total = 0.0
+    for _, store in sorted(((_of(store)[0], store) for store in _entries(_home())), reverse=True):
+        total += sum(_of(file)[1] for file in _entries(store))
+        if total > LARGEST_TOTAL:
+            scratch.remove(store)
+
+
+def _entries(folder: Path) -> list[Path]:
+    """What lies in a folder; nothing, if it is none."""
+    try:
+        return list(folder.iterdir())
+    except OSError:
+        return []
+
+
+def _of(path: Path) -> tuple[float, float]:
+    """When something was changed last, and its size."""
+    try:
+        found = path.lstat()
+    except OSError:  # another grading has dropped it
+        return 0.0, 0.0
+    return found.st_mtime, found.st_size
 
 
 def _home() -> Path:

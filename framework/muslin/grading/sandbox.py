@@ -261,7 +261,7 @@ class Sandbox:
 
     def _exposed(self, found: Sequence[str]) -> Iterator[str]:
         """What the worker could read and should not, for the record."""
-        names = {str(path): "the instructor's hidden data" for path in self._secrets}
+        names = {str(path): "the instructor's files" for path in self._secrets}
         told = sorted({names.get(path, Path(path).name) for path in found})
         if told:
             yield f"Not secret on this level here, a submission can read: {', '.join(told)}."
@@ -316,22 +316,23 @@ class _Nursery:
         if level == "uid" and not root:
             raise _NotGiven("only root can change to another user")
         package = Path(muslin.__file__).resolve().parent
+        libraries = _libraries()
+        view = _view(package, libraries)
         self._lock = threading.Lock()
         self._users = _claim_users() if root and level != "process" else None
         self._folder = scratch.Scratch(scratch.GRADING)
         self._scratch = self._folder.path
         os.chmod(self._scratch, 0o711)  # each worker's own folder inside is its own user's
         self._errors = tempfile.TemporaryFile(dir=self._scratch)  # noqa: SIM115
-        libraries = _libraries()
         config = {
             "level": level,
             "scratch": self._scratch,
             "user": self._users[0] if self._users else None,
             "users": _USERS,
-            "view": _view(package, libraries),
+            "view": view,
             "libraries": libraries,
             "filters": FILTERS,
-            "hidden": [str(path) for path in hidden],
+            "hidden": [str(part) for path in hidden for part in _hideable(path, [*map(Path, view)])],
         }
         self._control, theirs = socket.socketpair()
         self._control.settimeout(STARTING)
@@ -454,6 +455,19 @@ def _view(package: Path, libraries: Sequence[str]) -> list[str]:
     """What a worker needs to see: the system's libraries, this Python, this package."""
     system = ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache", "/etc/ld.so.conf", "/etc/ld.so.conf.d")
     return sorted({*system, sys.prefix, sys.base_prefix, str(package), *libraries})
+
+
+def _hideable(secret: Path, view: Sequence[Path]) -> Iterator[Path]:
+    """What there is to hide of a folder: not Python or Muslin, should they lie in it."""
+    real = [path.resolve() for path in view]
+    if secret in real:
+        return
+    if not any(path.is_relative_to(secret) for path in real):
+        yield secret
+        return
+    for part in sorted(secret.iterdir()):
+        if any(part.is_relative_to(path) or path.is_relative_to(part) for path in real):
+            yield from _hideable(part, view)
 
 
 def _answers(package: Path) -> list[Path]:

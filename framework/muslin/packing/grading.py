@@ -22,6 +22,7 @@ from typing import Any
 
 from muslin import tasks
 from muslin.errors import MuslinError
+from muslin.writing import write
 
 #: In a pack: where it says which assignment it grades, and the folder of hidden data.
 SETTINGS, HIDDEN = "muslin.json", "hidden"
@@ -115,12 +116,8 @@ def _without_points(assignment: str, why: str) -> dict[str, Any]:
 
 def _put(path: Path, text: str) -> None:
     """Write a file at once and whole, never through a link somebody has left there."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    descriptor, name = tempfile.mkstemp(dir=path.parent)
-    with os.fdopen(descriptor, "w", encoding="utf-8") as stream:
-        stream.write(text)
-    os.chmod(name, 0o644)
-    os.replace(name, path)
+    write(path, text.encode())
+    path.chmod(0o644)
 
 
 COMMANDS: Mapping[str, Callable[..., None]] = {

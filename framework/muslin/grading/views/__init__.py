@@ -25,6 +25,7 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
+from muslin import writing
 from muslin.errors import MuslinError
 from muslin.grading.record import Record
 from muslin.grading.views import (
@@ -84,13 +85,8 @@ def write(record: Record, format: str, folder: Path | str, **options: Any) -> Pa
     MuslinError
         If there is no such format, or the file cannot be written.
     """
-    text = render(record, format, **options)
     path = Path(folder) / FORMATS[format][1]
-    try:
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_bytes(text.encode("utf-8"))
-    except OSError as error:
-        raise MuslinError(f"The report {path} cannot be written: {error.strerror or error}.") from None
+    writing.write(path, render(record, format, **options).encode())
     return path
 
 
