@@ -389,6 +389,14 @@ def test_no_cell_begins_like_a_formula(begin):
     assert cell(f"a{begin}").startswith("a")
 
 
+@pytest.mark.parametrize("text", ["late;=1+1", "a; b ; =1", 'a;"=1+1', 'a;" -1', ";＠SUM(A1)", "=1;+2;-3"])
+def test_no_cell_begins_like_a_formula_where_semicolons_separate(text):
+    row = io.StringIO()
+    csv.writer(row).writerow(["first", cell(text), "last"])
+    for split in (row.getvalue().split(";"), next(csv.reader([row.getvalue()], delimiter=";"))):
+        assert not any(value.lstrip(' "').startswith(tuple("=+-@＝＋－＠")) for value in split)
+
+
 def test_quotes_and_line_ends_stay_inside_their_cell():
     record = samples.stubs()
     name = 'Lovelace, "Ada";\r\nscore,100\n'

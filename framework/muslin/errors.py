@@ -9,6 +9,8 @@ from __future__ import annotations
 import errno
 import os
 
+from muslin.text import visible
+
 
 class MuslinError(Exception):
     """Something a person can put right.
@@ -22,9 +24,9 @@ class MuslinError(Exception):
     """
 
     def __init__(self, message: str, hint: str = ""):
-        super().__init__(f"{message} {hint}".strip())
-        self.message = message
-        self.hint = hint
+        self.message = visible(message)  # it may quote a file's name, or a file
+        self.hint = visible(hint)
+        super().__init__(f"{self.message} {self.hint}".strip())
 
 
 class MeshError(MuslinError):

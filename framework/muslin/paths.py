@@ -11,11 +11,15 @@ from pathlib import Path
 
 from muslin.engine import choice
 from muslin.errors import MuslinError
+from muslin.text import one_line
 
 _PACKAGE = Path(__file__).resolve().parent
 _REPOSITORY = _PACKAGE.parent.parent
 _SHIPPED = _PACKAGE / "_shipped"
 _PRIVATE = "muslin-cache-"
+
+#: Longest path that is shown whole [characters]: the longest most systems know.
+LONGEST_PATH = 4096
 
 
 def in_repository() -> bool:
@@ -73,9 +77,10 @@ def shown(path: Path | str) -> str:
     """Path as a person would write it: relative to the working folder where it lies below it."""
     path = Path(path).resolve()
     try:
-        return path.relative_to(Path.cwd()).as_posix()
+        written = path.relative_to(Path.cwd()).as_posix()
     except ValueError:
-        return str(path)
+        written = str(path)
+    return one_line(written, LONGEST_PATH)
 
 
 # --- caches: what can always be made again -------------------------------------------------------------------

@@ -17,6 +17,7 @@ from muslin import __version__
 from muslin.cli import console
 from muslin.cli.console import say
 from muslin.errors import MuslinError, of_system
+from muslin.text import visible
 
 if TYPE_CHECKING:
     from muslin.tasks import Assignment
@@ -151,7 +152,7 @@ def main() -> None:
         if os.environ.get("MUSLIN_DEBUG"):
             raise
         code = _told(
-            f"an error in Muslin itself, not in your files: {type(error).__name__}: {error}. "
+            f"an error in Muslin itself, not in your files: {type(error).__name__}: {visible(str(error))}. "
             "Set MUSLIN_DEBUG=1 to see where, and please report it.",
             70,
         )
@@ -177,5 +178,5 @@ def _misused(error: Any) -> int:
     words = io.StringIO()
     error.show(file=words)
     with contextlib.suppress(OSError):
-        say(words.getvalue().rstrip("\n"), err=True)
+        say(visible(words.getvalue().rstrip("\n")), err=True)
     return int(error.exit_code)

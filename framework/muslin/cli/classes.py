@@ -12,6 +12,7 @@ from muslin.cli.app import INTERRUPTED, Group, app
 from muslin.cli.console import progress, say
 from muslin.cli.grading import Safety
 from muslin.errors import MuslinError
+from muslin.text import one_line
 
 class_app = typer.Typer(cls=Group, help="A whole class: grade it and report on it.", no_args_is_help=True)
 app.add_typer(class_app, name="class")
@@ -54,7 +55,6 @@ def class_grade(
 ) -> None:
     """Grade all submissions and write grades.csv and index.html. It can be stopped at any time and goes on later."""
     from muslin.classes.run import grade_class
-    from muslin.grading.views.text import one_line
 
     if jobs and scheduler:
         raise MuslinError("With --scheduler, the cluster says how many run at a time.", "Leave out --jobs.")
@@ -73,6 +73,6 @@ def class_grade(
         say("Stopped; every result so far is kept. The same command goes on from here.", err=True)
         raise typer.Exit(INTERRUPTED) from None
     for note in graded.notes:
-        say(f"note: {one_line(note)}", err=True)
+        say(f"note: {one_line(note, 500)}", err=True)
     say(graded.told())
     say(f"Wrote {paths.shown(graded.folder / 'grades.csv')} and {paths.shown(graded.folder / 'index.html')}.")

@@ -85,8 +85,9 @@ def write(record: Record, format: str, folder: Path | str, **options: Any) -> Pa
     MuslinError
         If there is no such format, or the file cannot be written.
     """
+    text = render(record, format, **options)
     path = Path(folder) / FORMATS[format][1]
-    writing.write(path, render(record, format, **options).encode())
+    writing.write(path, text.encode())
     return path
 
 

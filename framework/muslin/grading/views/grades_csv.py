@@ -4,12 +4,14 @@ from __future__ import annotations
 
 import csv
 import io
+import re
 
 from muslin.grading.record import Record
 from muslin.grading.views.text import one_line
 
-#: A spreadsheet takes what begins like this for a formula; the wide forms count in East Asian settings.
-FORMULA = tuple("=+-@\t\r\n＝＋－＠")
+#: A spreadsheet takes a cell that begins like this for a formula; the wide forms count in East Asian settings. And
+#: where it separates cells at semicolons, as in most of Europe, cells begin in the middle of ours.
+_FORMULA = re.compile(r"(^|;)([ \"]*[=+\-@＝＋－＠])")
 
 
 def render(record: Record) -> str:
@@ -28,5 +30,5 @@ def render(record: Record) -> str:
 
 def cell(text: str, limit: int = 200) -> str:
     """Text that no spreadsheet takes for a formula: an apostrophe goes in front of what looks like one."""
-    shown = one_line(text, limit)
-    return f"'{shown}" if text.lstrip(" ").startswith(FORMULA) else shown
+    odd_start = "'" if text.lstrip(" ").startswith(("\t", "\r", "\n")) else ""
+    return odd_start + _FORMULA.sub(r"\1'\2", one_line(text, limit))
