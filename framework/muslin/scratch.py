@@ -13,7 +13,7 @@ import secrets
 import stat
 import tempfile
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 #: How names of our temporary folders begin: a grading's, and a student's of a class.
 GRADING, CLASS = "muslin-grading-", "muslin-class-"
@@ -34,13 +34,16 @@ class Scratch:
     path : str
     """
 
+    _living: ClassVar[set[Scratch]] = set()
+
     def __init__(self, prefix: str):
         sweep()
         while True:
             self.path = tempfile.mkdtemp(prefix=prefix)
             self._lock: int | None = _locked(self.path)
-            if self._lock is not None:
-                return  # else it was swept between the two lines
+            if self._lock is not None:  # else it was swept between the two lines
+                self._living.add(self)
+                return
 
     def __enter__(self) -> Scratch:
         return self
@@ -54,6 +57,13 @@ class Scratch:
             remove(self.path)
             os.close(self._lock)
             self._lock = None
+            self._living.discard(self)
+
+    @classmethod
+    def close_all(cls) -> None:
+        """Remove every folder of this process, before it ends at once."""
+        for living in list(cls._living):
+            living.close()
 
 
 def sweep(prefixes: tuple[str, ...] = (GRADING, CLASS)) -> list[str]:

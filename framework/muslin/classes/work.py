@@ -224,6 +224,7 @@ def main() -> None:
 def _end_with_parent(folder: str) -> None:
     os.read(0, 1)
     remove(folder)
+    Scratch.close_all()
     os._exit(1)
 
 

@@ -45,6 +45,7 @@ def nursery(control_number: int) -> None:
     control = socket.socket(fileno=control_number)
     config = json.loads(_line(control))
     workers: dict[int, _Child] = {}
+    above = os.open(os.path.dirname(config["scratch"]), os.O_RDONLY)  # to be reached from another root, too
     try:
         own_users = False
         taken = isolation.threads_of(os.getuid())
@@ -75,6 +76,8 @@ def nursery(control_number: int) -> None:
         isolation.kill_orphans(spared=())
         if config["level"] != "namespace":
             scratch.remove(config["scratch"])
+        with contextlib.suppress(OSError):
+            os.rmdir(os.path.basename(config["scratch"]), dir_fd=above)
 
 
 @dataclass(frozen=True)
