@@ -89,12 +89,15 @@ def test_a_chosen_kernel_folder_that_cannot_be_written_is_not_forced_on_taichi(m
     assert "TI_OFFLINE_CACHE_FILE_PATH" not in os.environ
 
 
+def ends_at_once(*_):
+    os._exit(3)
+
+
 def test_a_worker_that_cannot_start_is_no_fault_of_the_student(monkeypatch):
     from muslin.errors import MuslinError
     from muslin.student import worker
 
-    monkeypatch.setattr(worker, "_serve", lambda *_: os._exit(3))
-    monkeypatch.setattr("muslin.engine.imported", lambda: False)  # fork, whatever other tests have imported
+    monkeypatch.setattr(worker, "_serve", ends_at_once)
     with worker.Worker() as one, pytest.raises(MuslinError, match="not in your code") as told:
         list(one.ask(iter, (), deadline=60))
     assert not isinstance(told.value, worker.Crashed)
@@ -323,3 +326,68 @@ def test_names_are_read_and_written_in_a_locale_without_an_encoding(tmp_path):
     assert done.returncode == 0, done.stderr
     assert "Ñandú/run".encode() in done.stdout
     assert (tmp_path / "Ñandú" / "run" / "run.json").is_file()
+
+
+# --- names of files that are written ---------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("out", "to", "written"),
+    [
+        ("fall", (), {"fall.png", "fall.mp4"}),
+        ("fall.mp4", (), {"fall.png", "fall.mp4"}),
+        ("fall.MP4", (), {"fall.png", "fall.mp4"}),
+        ("fall.webp", (), {"fall.png", "fall.webp"}),
+        ("fall.gif", ("--to", "gif"), {"fall.png", "fall.gif"}),
+        ("fall.png", (), {"fall.png"}),
+        ("fall.2", ("--to", "none"), {"fall.2.png"}),
+        ("folder/", (), {"folder/hang.png", "folder/hang.mp4"}),
+        ("there", (), {"there/hang.png", "there/hang.mp4"}),
+    ],
+)
+def test_pictures_are_called_as_they_are_asked_to_be(tmp_path, monkeypatch, capsys, run, out, to, written):
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "there").mkdir()
+    code, _, err = in_process(
+        monkeypatch, capsys, "render", run, "--quality", "draft", "--size", "64x36", "--out", out, *to
+    )
+    assert code == 0, err
+    found = {path.relative_to(tmp_path).as_posix() for path in tmp_path.rglob("*") if path.is_file()}
+    assert {name for name in found if not name.endswith("-energies.png")} == written
+
+
+def test_an_ending_that_muslin_does_not_write_is_not_swallowed(tmp_path, monkeypatch, capsys, run):
+    for out, more in (("fall.mov", ()), ("fall.mp4", ("--to", "gif"))):
+        code, _, err = in_process(monkeypatch, capsys, "render", run, "--out", tmp_path / out, *more)
+        assert code == 1
+        assert out in err
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_a_file_is_exported_in_the_format_of_its_ending(tmp_path, monkeypatch, capsys, run):
+    code, _, err = in_process(monkeypatch, capsys, "export", run, "--out", tmp_path / "fall.usda")
+    assert code == 0, err
+    assert [path.name for path in tmp_path.iterdir()] == ["fall.usda"]
+
+
+@pytest.mark.parametrize(
+    ("words", "meant"),
+    [
+        (("chek",), "check"),
+        (("simulate", "drap"), "drape"),
+        (("simulate", "Hang"), "hang"),
+        (("simulate", "hang", "--set", "gravty=1,2,3"), "gravity"),
+        (("check", "phii", "--functions", paths.assignment("cloth")), "phi"),
+        (("start", "clth"), "cloth"),
+        (("render", "RUN", "--to", "mp3"), "mp4"),
+        (("export", "RUN", "--to", "gltf"), "glb"),
+    ],
+    ids=lambda value: value if isinstance(value, str) else value[0],
+)
+def test_what_was_probably_meant_is_said(tmp_path, monkeypatch, capsys, run, words, meant):
+    monkeypatch.chdir(tmp_path)
+    words = [run if word == "RUN" else word for word in words]
+    code, _, err = in_process(monkeypatch, capsys, *words)
+    assert code in (1, 2)
+    assert re.search(rf"Did you mean '?{meant}\b", err)
+    assert list(tmp_path.iterdir()) == []

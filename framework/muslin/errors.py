@@ -6,8 +6,10 @@ next. The command line prints it without a traceback and exits non-zero.
 
 from __future__ import annotations
 
+import difflib
 import errno
 import os
+from collections.abc import Iterable
 
 from muslin.text import visible
 
@@ -43,6 +45,16 @@ class StudentCodeError(MuslinError):
 
 class SimulationError(MuslinError):
     """A simulation that cannot start or has blown up."""
+
+
+def choices(word: str, known: Iterable[str]) -> str:
+    """What there is where somebody asked for `word`: what was probably meant, and the list unless it is long."""
+    names = list(known)
+    folded = {name.lower(): name for name in reversed(names)}
+    near = difflib.get_close_matches(str(word).lower(), folded, 1, 0.5)
+    meant = f"Did you mean {folded[near[0]]}?" if near else ""
+    listed = f"There is: {', '.join(names)}."
+    return meant if meant and len(names) > 8 else f"{meant} {listed}".strip()
 
 
 #: What to do about what the system refuses, by the number of its error.

@@ -28,7 +28,7 @@ from muslin.colliders import (
     native_filter,
     respond,
 )
-from muslin.errors import MuslinError, SimulationError
+from muslin.errors import MuslinError, SimulationError, choices
 from muslin.solvers import System
 
 
@@ -389,5 +389,5 @@ def integrator(name: str) -> Callable[[Model, State, float], State]:
     """
     name = name.replace("_", "-")
     if name not in INTEGRATORS:
-        raise MuslinError(f"There is no integrator {name!r}.", f"There is: {', '.join(INTEGRATORS)}.")
+        raise MuslinError(f"There is no integrator {name!r}.", choices(name, INTEGRATORS))
     return INTEGRATORS[name]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from muslin import paths, render
 from muslin.colliders import Capsule, Sphere
-from muslin.errors import MuslinError
+from muslin.errors import MuslinError, choices
 from muslin.mesh import area_and_normal, principal_stretches
 from muslin.runs import RunFolder
 
@@ -20,6 +21,9 @@ if TYPE_CHECKING:
 
 #: A film's file endings, and what else `render_run` can write.
 FILMS = ("mp4", "webp", "gif", "frames")
+
+#: Endings of films and pictures that Muslin does not write: no part of a name.
+OTHERS = ("mov", "avi", "mkv", "webm", "m4v", "apng", "jpg", "jpeg", "bmp", "tif", "tiff")
 
 #: The cloth's back: a shade darker than its front, so that folds read as one cloth.
 BACK = "#a63d2b"
@@ -157,7 +161,7 @@ def vertex_strain(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) -> np.
 def render_run(
     folder: Path | str,
     out: Path | str | None = None,
-    film: str | None = "mp4",
+    film: str | None = None,
     still: float | None = None,
     on_frame: Callable[[int, int], None] | None = None,
     every: int = 1,
@@ -170,9 +174,10 @@ def render_run(
     folder : path
         A run.
     out : path, optional
-        Path of the film and pictures without their endings; default `folder/<scene>`.
-    film : {"mp4", "webp", "gif", "frames"}, optional
-        None for no film.
+        Name of the film, `fall.mp4`, or of film and pictures without their endings; a folder (one that is there,
+        or a path that ends in a slash) gets files named like the scene. Default `folder/<scene>`.
+    film : {"mp4", "webp", "gif", "frames", "none"}, optional
+        Default: what the ending of `out` says (of `fall.png` no film), else mp4.
     still : float, optional
         Time of the still [s]; default the scene's, or the last frame's.
     on_frame : callable, optional
@@ -192,11 +197,9 @@ def render_run(
     MuslinError
         If the folder is not a run or a format is unknown.
     """
-    if film is not None and film not in FILMS:
-        raise MuslinError(f"There is no film format {film!r}.", f"There is: {', '.join(FILMS)}.")
     run = RunFolder(folder)
+    base, film = placed(out, film, run)
     show = Show(run, **options)
-    base = Path(out) if out is not None else run.folder / run.scene.name
     base.parent.mkdir(parents=True, exist_ok=True)
     still = run.scene.still if still is None else still
     k = len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
@@ -211,6 +214,33 @@ def render_run(
                     on_frame(number + 1, len(filmed))
         written.append(target)
     return written
+
+
+def placed(out: Path | str | None, film: str | None, run: RunFolder) -> tuple[Path, str | None]:
+    """Where pictures go, without an ending, and which film is made: None for none; see `render_run`.
+
+    Raises
+    ------
+    MuslinError
+        If there is no such format, or the ending of `out` says another one than `film`.
+    """
+    if film is not None and film not in (*FILMS, "none"):
+        raise MuslinError(f"There is no film format {film!r}.", choices(film, (*FILMS, "none")))
+    given = os.fspath(out) if out is not None else f"{run.folder}/"
+    base = Path(given)
+    if given.endswith(("/", os.sep)) or base.is_dir():
+        return base / run.scene.name, None if film == "none" else film or "mp4"
+    ending = base.suffix[1:].lower()
+    if ending in OTHERS:
+        raise MuslinError(
+            f"{base.name}: there are no files of the kind {ending}.", choices(ending, (*FILMS, "png"))
+        )
+    if ending in ("mp4", "webp", "gif", "png"):
+        meant = "none" if ending == "png" else ending
+        if film is not None and meant not in ("none", film):
+            raise MuslinError(f"{base.name} is no {film} file.", f"Leave out --to {film}, or the ending.")
+        base, film = base.with_suffix(""), film or meant
+    return base, None if film == "none" else film or "mp4"
 
 
 def energy_plot(run: RunFolder, base: Path) -> list[Path]:
@@ -243,15 +273,16 @@ def animation(folder: Path | str) -> Animation:
     )  # fmt: skip
 
 
-def export_run(folder: Path | str, to: str, out: Path | str | None = None) -> list[Path]:
-    """Write a run for other programs (see `muslin.export.FORMATS`); returns the files."""
+def export_run(folder: Path | str, to: str | None = None, out: Path | str | None = None) -> list[Path]:
+    """Write a run for other programs (see `muslin.export.FORMATS`, default as `out` ends); returns the files."""
     from muslin import export
 
+    ending = Path(out).suffix[1:].lower() if out is not None else ""
+    to = to or (ending if ending in export.FORMATS else "glb")
     if to not in export.FORMATS:
-        raise MuslinError(f"There is no export format {to!r}.", f"There is: {', '.join(export.FORMATS)}.")
-    target = Path(out) if out is not None else Path(folder) / to / RunFolder(folder).scene.name
-    target.parent.mkdir(parents=True, exist_ok=True)
-    return export.write(animation(folder), target, to)
+        raise MuslinError(f"There is no export format {to!r}.", choices(to, export.FORMATS))
+    path = out if out is not None else Path(folder) / to / RunFolder(folder).scene.name
+    return export.write(animation(folder), path, to)
 
 
 def render_box(collider: Sphere | Capsule) -> np.ndarray:

@@ -20,7 +20,7 @@ from typing import Any
 
 from muslin import importing, paths, reading
 from muslin.engine import inside
-from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
+from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError, choices
 from muslin.reading import vocabulary
 from muslin.reading.page import sentence
 
@@ -187,7 +187,7 @@ def assignment(name: str = "cloth") -> Assignment:
     if paths.in_repository() and (paths.root() / "solutions" / name / MANIFEST).is_file():
         return read_assignment(paths.solution(name))
     known = sorted(path.parent.name for path in (paths.root() / "assignments").glob(f"*/{MANIFEST}"))
-    raise MuslinError(f"There is no assignment {name!r}.", f"There is: {', '.join(known)}.")
+    raise MuslinError(f"There is no assignment {name!r}.", choices(name, known))
 
 
 class Functions:

@@ -16,7 +16,7 @@ from typer.core import TyperGroup
 from muslin import __version__
 from muslin.cli import console
 from muslin.cli.console import say
-from muslin.errors import MuslinError, of_system
+from muslin.errors import MuslinError, choices, of_system
 from muslin.text import visible
 
 if TYPE_CHECKING:
@@ -106,14 +106,7 @@ def chosen_tasks(words: list[str] | None, assignment: Assignment) -> list[str]:
         file = Path(word).name
         found = [t.name for t in assignment.tasks.values() if word in (t.name, t.section) or file == t.file]
         if not found:
-            import difflib
-
-            near = difflib.get_close_matches(
-                word.lower(), [name.lower() for name in assignment.tasks], 1, 0.5
-            )
-            meant = next((name for name in assignment.tasks if name.lower() in near), None)
-            hint = f"Did you mean {meant}?" if meant else f"There is: {', '.join(assignment.tasks)}."
-            raise MuslinError(f"There is no task {word!r}.", hint)
+            raise MuslinError(f"There is no task {word!r}.", choices(word, assignment.tasks))
         chosen += [name for name in found if name not in chosen]
     return chosen
 

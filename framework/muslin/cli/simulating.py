@@ -94,10 +94,16 @@ def scenes() -> None:
 def render(
     run: Annotated[Path, typer.Argument(help="A run, written by `muslin simulate`.")],
     out: Annotated[
-        Path | None,
-        typer.Option(help="Path of the pictures without ending. Default: RUN/<scene>."),
+        str | None,
+        typer.Option(
+            metavar="PATH",
+            help="The film, fall.mp4, or its name without ending, or a folder. Default: RUN/<scene>.",
+        ),
     ] = None,
-    to: Annotated[str, typer.Option(help="Film: mp4, webp, gif, frames, or none.")] = "mp4",
+    to: Annotated[
+        str | None,
+        typer.Option(help="Film: mp4, webp, gif, frames, or none. Default: as --out ends, or mp4."),
+    ] = None,
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.good,
     size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "1280x720",
     still: Annotated[float | None, typer.Option(help="Time of the still [s]. Default: the scene's.")] = None,
@@ -109,7 +115,7 @@ def render(
 
     with progress("rendering") as tick:
         written = show.render_run(
-            run, out, None if to == "none" else to, still, tick,
+            run, out, to, still, tick,
             size=_size(size), quality=quality.value, strain=strain, wireframe=wireframe,
         )  # fmt: skip
     say(f"Wrote {show.shown(written)}.")
@@ -118,9 +124,12 @@ def render(
 @app.command()
 def export(
     run: Annotated[Path, typer.Argument(help="A run, written by `muslin simulate`.")],
-    to: Annotated[str, typer.Option(help="glb, usda, pvd, vtu, ply or obj.")] = "glb",
+    to: Annotated[
+        str | None, typer.Option(help="glb, usda, pvd, vtu, ply or obj. Default: as --out ends, or glb.")
+    ] = None,
     out: Annotated[
-        Path | None, typer.Option(help="Path without ending. Default: RUN/<format>/<scene>.")
+        str | None,
+        typer.Option(metavar="PATH", help="The file, or a folder. Default: RUN/<format>/<scene>."),
     ] = None,
 ) -> None:
     """Export a run for Blender, ParaView and other programs."""

@@ -206,7 +206,7 @@ def run(
         written = show.render_run(
             folder,
             None,
-            "mp4" if film else None,
+            "mp4" if film else "none",
             None,
             tick,
             quality=quality.value,

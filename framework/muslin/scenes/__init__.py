@@ -9,7 +9,7 @@ from __future__ import annotations
 from importlib import import_module
 from typing import Any
 
-from muslin.errors import MuslinError
+from muslin.errors import MuslinError, choices
 from muslin.scenes.scene import Scene, override
 
 SCENES = ("course", "throw", "drape", "hang", "freefall", "cape")
@@ -26,6 +26,6 @@ def get(name: str, **overrides: Any) -> Scene:
         If there is no such scene, no such parameter, or a value makes no sense; the message lists what there is.
     """
     if name not in SCENES:
-        raise MuslinError(f"There is no scene {name!r}.", f"There is: {', '.join(SCENES)}.")
+        raise MuslinError(f"There is no scene {name!r}.", choices(name, SCENES))
     scene: Scene = import_module(f"muslin.scenes.{name}").SCENE
     return override(scene, **overrides)

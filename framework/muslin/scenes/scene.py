@@ -13,7 +13,7 @@ import numpy as np
 from muslin import mesh as meshes
 from muslin import paths
 from muslin.colliders import CONTACT, Collider, Plane, Sphere
-from muslin.errors import MuslinError
+from muslin.errors import MuslinError, choices
 from muslin.material import lame
 from muslin.mesh import Mesh
 
@@ -259,7 +259,7 @@ def override(scene: Scene, **values: Any) -> Scene:
     for name, value in values.items():
         if name not in known:
             raise MuslinError(
-                f"The scene {scene.name!r} has no parameter {name!r}.", f"It has: {', '.join(sorted(known))}."
+                f"The scene {scene.name!r} has no parameter {name!r}.", choices(name, sorted(known))
             )
         changes[name] = _convert(name, value, _kind(scene, name))
     if {"E", "nu"} & changes.keys() and not {"mu", "lam"} & changes.keys():
