@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -110,7 +111,8 @@ class Show:
         if self.scene.camera != "follow":
             k = 0
         if k not in self._cameras:
-            every = _some(len(self.frames), 60)
+            whole = self.whole + 1  # of an explosion one wants to see the start
+            every = _some(whole, 60)
             middle = self._middles(every)
             points = [self._points(j) - (middle(j) if self.scene.camera == "follow" else 0.0) for j in every]
             fitted = render.fit_camera(np.concatenate(points), self.scene.view, self.size)
@@ -124,6 +126,13 @@ class Show:
                         _vec(eye), _vec(target), fitted.up, fitted.fov, fitted.near
                     )
         return self._cameras[k]
+
+    @functools.cached_property
+    def whole(self) -> int:
+        """The last frame before the cloth has come apart, if it has."""
+        most = 5 * np.ptp(self.frames[0], axis=0).max()
+        broken = (k for k, x in enumerate(self.frames) if not np.ptp(x, axis=0).max() <= most)
+        return max(0, next(broken, len(self.frames)) - 1)
 
     def _middles(self, every: np.ndarray) -> Callable[[int], np.ndarray]:
         """Smooth path of what is held (or of the whole cloth), for a camera that follows."""
@@ -201,13 +210,95 @@ def render_run(
     base, film = placed(out, film, run)
     show = Show(run, **options)
     base.parent.mkdir(parents=True, exist_ok=True)
-    still = run.scene.still if still is None else still
+    plots = energy_plot(run, base)
+    still_, *films = _pictures(show, base, film, still, on_frame, every)
+    return [still_, *plots, *films]
+
+
+def render_pair(
+    folder: Path | str,
+    reference: Path | str,
+    out: Path,
+    film: str | None = "mp4",
+    on_frame: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> list[Path]:
+    """Render two runs of one scene side by side: a film and a still; see `render_run`.
+
+    Parameters
+    ----------
+    folder, reference : path
+        Runs: the one on the left, and the one beside it, whose camera and colours both have.
+    out : path
+        Path of film and still without their endings.
+    film : {"mp4", "webp", "gif", "frames"}, optional
+        None for no film.
+    on_frame : callable, optional
+        Called as (frame, frames).
+    **options
+        size, quality, strain, wireframe: see `Show`.
+    """
+    out.parent.mkdir(parents=True, exist_ok=True)
+    return _pictures(Pair(RunFolder(folder), RunFolder(reference), **options), out, film, None, on_frame)
+
+
+class Pair:
+    """Two runs of one scene as one picture; the one that has come to its end earlier stands still.
+
+    Parameters
+    ----------
+    left, right : RunFolder
+        The right one says from where and in which colours.
+    size : (width, height)
+        Of the whole picture [pixels].
+    labels : (str, str)
+    **options
+        See `Show`.
+    """
+
+    def __init__(
+        self,
+        left: RunFolder,
+        right: RunFolder,
+        size: tuple[int, int] = (1280, 720),
+        labels: tuple[str, str] = ("yours", "the reference"),
+        **options: Any,
+    ):
+        half = size[0] // 4 * 2
+        self.size, self.labels, self.scene = (2 * half, size[1]), labels, right.scene
+        self.shows = Show(left, (half, size[1]), **options), Show(right, (half, size[1]), **options)
+        theirs, measure = self.shows
+        theirs.cloth, theirs.legend = measure.cloth, measure.legend
+        theirs.camera = lambda k: measure.camera(min(k, len(measure.times) - 1))  # type: ignore[method-assign]
+        self.times = max((show.times for show in self.shows), key=len)
+        self.whole = measure.whole
+
+    def picture(self, k: int) -> np.ndarray:
+        """Frame k as a picture, (height, width, 3) uint8."""
+        parts = []
+        for show, label in zip(self.shows, self.labels, strict=True):
+            last = min(k, show.whole)
+            ended = f", until {show.times[last]:.2f} s" if last < k else ""
+            parts.append(render.text_overlay(show.picture(last), label + ended))
+        return np.concatenate(parts, axis=1)
+
+
+def _pictures(
+    show: Show | Pair,
+    base: Path,
+    film: str | None,
+    still: float | None,
+    on_frame: Callable[[int, int], None] | None,
+    every: int = 1,
+) -> list[Path]:
+    """Write a still and a film; returns the files."""
+    still = show.scene.still if still is None else still
     k = len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
-    written = [render.write_png(beside(base, ".png"), show.picture(k)), *energy_plot(run, base)]
+    written = [render.write_png(beside(base, ".png"), show.picture(min(k, show.whole)))]
     if film is not None:
         target = beside(base, "-frames" if film == "frames" else f".{film}")
         filmed = range(0, len(show.times), every)
-        with render.Movie(target, show.size, max(1, run.scene.fps // every)) as movie:
+        with render.Movie(target, show.size, max(1, show.scene.fps // every)) as movie:
             for number, frame in enumerate(filmed):
                 movie.add(show.picture(frame))
                 if on_frame:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -168,6 +168,12 @@ def run(
     display: Annotated[
         str | None, typer.Option(help="A finer mesh to carry along and show: one of Muslin's, or a file.")
     ] = None,
+    as_is: Annotated[
+        bool, typer.Option("--as-is", help="Use your wrong functions, too, and see what they do.")
+    ] = False,
+    compare: Annotated[
+        bool, typer.Option("--compare", help="Yours as it is, beside what it should be, in one film.")
+    ] = False,
 ) -> None:
     """Simulate and film a scene with your own functions; Muslin's stand in where yours are not right yet."""
     from muslin.student.workspace import find
@@ -180,41 +186,38 @@ def run(
     settings = _settings(setting, mesh=mesh, scale=scale)
     scenes.get(scene, **settings)  # what is misspelt is said before anything else
     picture = _size(size)
-    cast = running.cast(workspace, say)
+    cast = running.cast(workspace, say, as_is or compare)
     folder = out or workspace.folder / "runs" / scene
+    options: dict[str, Any] = {"steps": steps, "display": running.mesh(display), **settings}
     with progress(f"simulating {scene}") as tick:
-        result = running.simulate(
-            workspace,
-            cast,
-            scene,
-            folder,
-            tick,
-            steps=steps,
-            display=running.mesh(display),
-            on_notice=note,
-            **settings,
+        came = running.simulate(workspace, cast, scene, folder, tick, on_notice=note, **options)
+    say("\n".join(running.told(cast, came.uses)))
+    if came.trouble:
+        say(f"It came apart: {came.trouble}")
+    if came.last is not None:
+        kinetic, elastic, gravity = (f"{came.last[name]:.4g}" for name in ("kinetic", "elastic", "gravity"))
+        say(
+            f"{came.last.time:.2f} s in {came.last.step} steps. "
+            f"Energies [J]: kinetic {kinetic}, elastic {elastic}, gravity {gravity}."
         )
-    say("\n".join(running.told(cast, result.uses)))
-    last = result.energies[-1]
-    say(
-        f"{last.time:.2f} s in {last.step} steps. "
-        f"Energies [J]: kinetic {last.kinetic:.4g}, elastic {last.elastic:.4g}, gravity {last.gravity:.4g}."
-    )
     from muslin import show
 
-    with progress("rendering") as tick:
-        written = show.render_run(
-            folder,
-            None,
-            "mp4" if film else "none",
-            None,
-            tick,
-            quality=quality.value,
-            size=picture,
-            strain=strain,
-        )
-    say(f"Wrote {show.shown(written)}.")
-    if result.interrupted:
+    pictures: dict[str, Any] = {"quality": quality.value, "size": picture, "strain": strain}
+    if came.written:
+        with progress("rendering") as tick:
+            written = show.render_run(folder, None, "mp4" if film else "none", None, tick, **pictures)
+        say(f"Wrote {show.shown(written)}.")
+    if compare and came.written and not came.interrupted:
+        with progress("simulating what it should be") as tick:
+            reference = running.reference(scene, folder, tick, **options)
+        with progress("rendering both") as tick:
+            written = show.render_pair(
+                folder, reference, folder / "compared", "mp4" if film else None, tick, **pictures
+            )
+        say(f"Yours beside what it should be: {show.shown(written)}.")
+    if came.trouble and not came.written:
+        raise typer.Exit(1)
+    if came.interrupted:
         raise typer.Exit(INTERRUPTED)
 
 

@@ -1,29 +1,49 @@
-"""A scene with the student's own functions, and Muslin's where they are not right yet."""
+"""A scene with the student's own functions, and Muslin's where they are not right yet; or with the wrong ones, too."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Collection, Iterable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from muslin import paths
-from muslin.errors import MuslinError
-from muslin.student.checking import GREEN, TODO, Checker
+from muslin.errors import MuslinError, SimulationError
+from muslin.student.checking import GREEN, TODO, WRONG, Checker
 from muslin.student.progress import standings
 from muslin.student.workspace import Workspace
 
 
 @dataclass(frozen=True)
 class Cast:
-    """Whose function plays which task: `stand_ins` are played by Muslin's own code, with the reason."""
+    """Whose function plays which task.
+
+    Attributes
+    ----------
+    green : tuple of str
+        Right, and the student's.
+    stand_ins : dict
+        Played by Muslin's own code -> the reason.
+    wrong : tuple of str
+        Wrong, and played by the student's function all the same, since that is what they want to see.
+    """
 
     green: tuple[str, ...]
     stand_ins: dict[str, str]
+    wrong: tuple[str, ...] = ()
 
 
-def cast(workspace: Workspace, say: Callable[[str], Any]) -> Cast:
-    """Find out which functions can be used: those that pass the public cases. Checks what has not been."""
+def cast(workspace: Workspace, say: Callable[[str], Any], as_is: bool = False) -> Cast:
+    """Find out which functions can be used. Checks what has not been.
+
+    Parameters
+    ----------
+    workspace : Workspace
+    say : callable
+        Prints a line.
+    as_is : bool
+        Take wrong functions, too, as long as they can be called; else those that pass the public cases.
+    """
     found = {s.task.name: s.status for s in standings(workspace)}
     unsure = [name for name, status in found.items() if status not in (GREEN, TODO)]
     if unsure:
@@ -31,7 +51,9 @@ def cast(workspace: Workspace, say: Callable[[str], Any]) -> Cast:
         with Checker() as checker:
             found |= {report.task: report.status for report in checker.check(workspace, unsure)}
     green = tuple(name for name, status in found.items() if status == GREEN)
-    return Cast(green, {name: status for name, status in found.items() if status != GREEN})
+    wrong = tuple(name for name, status in found.items() if as_is and status == WRONG)
+    waiting = {name: status for name, status in found.items() if name not in (*green, *wrong)}
+    return Cast(green, waiting, wrong)
 
 
 def told(cast: Cast, uses: Iterable[str]) -> list[str]:
@@ -39,10 +61,12 @@ def told(cast: Cast, uses: Iterable[str]) -> list[str]:
     called = set(uses)
     yours = [name for name in cast.green if name in called]
     idle = [name for name in cast.green if name not in called]
+    shown = [name for name in cast.wrong if name in called]
     waiting = dict.fromkeys(cast.stand_ins.values())
     others = [f"{why}: {', '.join(n for n, w in cast.stand_ins.items() if w == why)}" for why in waiting]
     rows = [
         ("Yours", ", ".join(yours) or "none yet"),
+        ("Yours as it is, though wrong", ", ".join(shown)),
         ("Muslin's own instead of yours", "; ".join(others)),
         ("Right, but not called here", ", ".join(idle)),
     ]
@@ -54,6 +78,30 @@ def told(cast: Cast, uses: Iterable[str]) -> list[str]:
     return lines
 
 
+@dataclass(frozen=True)
+class Came:
+    """What came of a run.
+
+    Attributes
+    ----------
+    uses : collection of str
+        Tasks whose functions, yours or Muslin's own, it calls.
+    last : record, optional
+        Last row of the energy log, if anything was simulated.
+    written : bool
+        Whether there are frames to show.
+    interrupted : bool
+    trouble : str
+        Why it ended before its time; only where wrong functions were asked for.
+    """
+
+    uses: Collection[str]
+    last: Any
+    written: bool
+    interrupted: bool = False
+    trouble: str = ""
+
+
 def simulate(
     workspace: Workspace,
     cast: Cast,
@@ -61,20 +109,45 @@ def simulate(
     out: Path,
     on_step: Callable[[int, int], None],
     **options: Any,
-) -> Any:
-    """Simulate a scene with this cast; see `muslin.simulate` for the options and the result."""
+) -> Came:
+    """Simulate a scene with this cast; see `muslin.simulate` for the options.
+
+    Wrong functions may make it explode: then what was simulated until then is the result.
+    """
     from muslin import simulation
+    from muslin.runs import RunFolder
     from muslin.tasks import load
 
-    functions = load(workspace.folder, workspace.table) if cast.green else None
-    return simulation.simulate(
-        scene,
-        functions=functions,
-        stand_ins=tuple(cast.stand_ins) if functions else (),
-        out=out,
-        on_step=on_step,
-        **options,
-    )
+    functions = load(workspace.folder, workspace.table) if cast.green or cast.wrong else None
+    waiting = tuple(cast.stand_ins) if functions else ()
+    before = _stamp(out)
+    try:
+        run = simulation.simulate(
+            scene, functions=functions, stand_ins=waiting, out=out, on_step=on_step, **options
+        )
+    except SimulationError as error:
+        if not cast.wrong:
+            raise
+        if _stamp(out) == before:  # an earlier run's frames say nothing about this one
+            return Came((), None, False, trouble=str(error))
+        return Came((*cast.green, *cast.wrong), RunFolder(out).energies[-1], True, trouble=str(error))
+    return Came(run.uses, run.energies[-1], True, run.interrupted)
+
+
+def reference(scene: str, beside: Path, on_step: Callable[[int, int], None], **options: Any) -> Path:
+    """Simulate a scene as it should be, into a folder beside a run; returns the folder."""
+    from muslin import simulation
+
+    out = beside.with_name(f"{beside.name}-reference")
+    simulation.simulate(scene, out=out, on_step=on_step, **options)
+    return out
+
+
+def _stamp(run: Path) -> int:
+    try:
+        return (run / "run.json").stat().st_mtime_ns
+    except OSError:
+        return 0
 
 
 def mesh(name: str | None) -> Path | None:
