@@ -184,17 +184,16 @@ def look(sources: Sequence[tuple[str, str, int]], wanted: Sequence[str]) -> Foun
 def _source(found: Found, name: str, path: str, upload: int) -> None:
     """A file that was handed in by itself."""
     shown = name or readable(os.path.basename(path))
-    if nearness(shown, found.wanted)[1] < UNREAD:
-        _take(found, "", upload, 0, iter([Item(shown, True, partial(_file, path))]))
-        return
-    with _file(path) as stream:
-        kind = kind_of(stream, shown)
+    kind = ""
+    if nearness(shown, found.wanted)[1] == UNREAD:
+        with _file(path) as stream:
+            kind = kind_of(stream, shown)
     if kind in _READERS:
         found.waiting.append(Archive(shown, name, upload, 1, partial(_file, path)))
-    elif ARCHIVES.search(shown) or not name:
+    elif ARCHIVES.search(shown) or (kind and not name):
         found.closed[shown] = _no_archive(kind)
     else:
-        found.others.append(name)
+        _take(found, "", upload, 0, iter([Item(shown, True, partial(_file, path))]))
 
 
 def kind_of(stream: IO[bytes], name: str) -> str:
