@@ -1,6 +1,9 @@
 """Submissions are found in every platform's layout, and no two students are taken for one."""
 
+import ast
 import os
+import subprocess
+import sys
 import zipfile
 
 import pytest
@@ -72,6 +75,108 @@ def test_canvas_gives_each_upload_by_itself(tmp_path):
     assert files == {"stress.py": b"new = 1\n", "collision.py": b"x = 1\n"}
     notes = handed(students["doejane-1"]).about.notes
     assert notes == ("stress.py was handed in 2 times; the newest was graded.",)
+
+
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("team_red_11111_90001_cloth.zip", ("team_red", "11111", False)),
+        ("group_1_LATE_11111_90001_cloth.zip", ("group_1", "11111", True)),
+        ("group_2_22222_90002_cloth.zip", ("group_2", "22222", False)),
+        ("team_2024_12345_67890_2_3_cloth.zip", ("team_2024", "12345", False)),
+        ("doejane_12345_67890_12_34_cloth.zip", ("doejane", "12345", False)),
+        ("doejane_LATE_12345_67890_my_99_cloth.zip", ("doejane", "12345", True)),
+        ("anon_aB3dE_67890_cloth.zip", ("anon", "aB3dE", False)),
+        ("anonymous_LATE_12345_67890_cloth.zip", ("anonymous", "12345", True)),
+        ("roejim_LATE_55555_text.html", ("roejim", "55555", True)),
+    ],
+)
+def test_canvas_names_are_read_where_groups_and_files_hold_numbers(name, said, tmp_path):
+    packed(tmp_path / name, "stress.py")
+    packed(tmp_path / "poe_77777_99999_cloth.zip", "stress.py")
+    students = [(s.name, s.students[0].id, s.late) for s in found(tmp_path).values()]
+    assert said in students
+
+
+@pytest.mark.parametrize("deep", ["submissions", "Downloads/cloth submissions", "a/b/c"])
+def test_the_folder_around_a_download_is_no_student(deep, tmp_path):
+    for name in ("doejane_33333_90003_cloth.zip", "roeric_44444_90004_cloth.zip"):
+        (tmp_path / "class" / deep).mkdir(parents=True, exist_ok=True)
+        packed(tmp_path / "class" / deep / name, "stress.py")
+    put(tmp_path / "class/roster.csv")
+    submissions, notes = finding.find(tmp_path / "class", TABLE)
+    assert [s.name for s in submissions] == ["doejane", "roeric"]
+    assert any("taken for the download" in note for note in notes)
+
+
+def test_two_downloads_and_what_they_came_in_are_one_class(tmp_path):
+    for section in "ab":
+        put(tmp_path / f"class/section {section}/Jane Doe_12_assignsubmission_file_/stress.py")
+        put(tmp_path / f"class/section {section}/Jo Roe {section}_13_assignsubmission_file_/stress.py")
+        packed(tmp_path / f"class/section {section}.zip", "x/stress.py")
+    submissions, notes = finding.find(tmp_path / "class", TABLE)
+    assert [s.name for s in submissions] == ["Jane Doe", "Jane Doe", "Jo Roe a", "Jo Roe b"]
+    assert len({s.key for s in submissions}) == 4
+    assert sum("the download, which is unpacked" in note for note in notes) == 2
+
+
+def test_folders_of_plain_students_in_a_folder_are_recognised_and_one_students_folders_are_not(tmp_path):
+    for name in ("cloth-ann", "cloth-bob"):
+        put(tmp_path / "a/cloth-submissions" / name / "work/stress.py")
+    assert [s.name for s in found(tmp_path / "a").values()] == ["ann", "bob"]
+    put(tmp_path / "b/Jane/part 1/stress.py")
+    put(tmp_path / "b/Jane/part 2/collision.py")
+    assert [s.name for s in found(tmp_path / "b").values()] == ["Jane"]
+
+
+def test_every_kind_of_file_that_a_student_may_have_handed_in_has_a_line(tmp_path):
+    for name in ("ann.rar", "bob.7z", "cy.ipynb", "di.pdf", "ed.docx", "fay.zip", "flo.py"):
+        put(tmp_path / name)
+    for name in ("Thumbs.db", "grades.csv", "notes.txt", "desktop.ini"):
+        put(tmp_path / name)
+    submissions, notes = finding.find(tmp_path, TABLE)
+    assert [s.name for s in submissions] == ["ann", "bob", "cy", "di", "ed", "fay", "flo"]
+    assert notes == [f"{name}: neither a folder nor an archive" for name in ("grades.csv", "notes.txt")]
+
+
+def test_a_folder_and_the_archive_it_came_in_are_one_student(tmp_path):
+    put(tmp_path / "Jane/stress.py", "unpacked = 1\n")
+    packed(tmp_path / "Jane.zip", "stress.py", "collision.py")
+    (submission,) = found(tmp_path).values()
+    assert handed(submission).files == {"stress.py": b"unpacked = 1\n", "collision.py": b"x = 1\n"}
+
+
+def test_no_two_keys_are_the_same_even_where_case_does_not_count(tmp_path):
+    for name in ("Alice", "alice"):
+        put(tmp_path / name / "stress.py")
+    hashed = [key for key in found(tmp_path) if key.startswith("alice-")]
+    assert len(hashed) == 2
+    for name in (*hashed, hashed[0].upper(), "alice-"):
+        put(tmp_path / name / "stress.py")
+    keys = list(found(tmp_path))
+    assert len({key.lower() for key in keys}) == len(keys) == 6
+
+
+@pytest.mark.skipif(
+    os.name != "posix" or os.uname().sysname != "Linux", reason="names are bytes on Linux only"
+)
+def test_names_come_out_right_in_a_locale_that_is_not_utf8(tmp_path):
+    put(tmp_path / "José Ñandú/stress.py")
+    os.makedirs(os.fsencode(tmp_path) + b"/Bj\xf6rn")
+    code = (
+        "import sys; from muslin import tasks; from muslin.classes import finding;"
+        "found, _ = finding.find(sys.argv[1], tasks.assignment('cloth'));"
+        "print(ascii([(s.key, s.name) for s in found]))"
+    )
+    environment = {**os.environ, "LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+    said = subprocess.run(
+        [sys.executable, "-c", code, str(tmp_path)],
+        env=environment,
+        capture_output=True,
+        text=True,
+        check=True,
+    )
+    assert ast.literal_eval(said.stdout) == [("bjorn", "Björn"), ("jose-nandu", "José Ñandú")]
 
 
 def test_moodle_folders_and_files(tmp_path):

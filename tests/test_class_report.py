@@ -5,18 +5,24 @@ from __future__ import annotations
 import base64
 import csv
 import dataclasses
+import errno
 import io
 import re
 import sys
+import time
+from pathlib import Path
 
+sys.path.insert(0, str(Path(__file__).parent / "benchmarks"))
+import class_of_200 as large  # type: ignore[import-not-found]
 import grading_samples as samples
 import pytest
 from test_grading_html import Page, home, in_a_browser, opened  # noqa: F401  (home is a fixture)
 
 from muslin import paths, tasks
-from muslin.classes import engines, gradebook, overrides, page, press, similarity
+from muslin.classes import engines, gradebook, overrides, page, press, similarity, work
 from muslin.classes.finding import Student, Submission
 from muslin.classes.gradebook import Row
+from muslin.classes.ledger import Ledger
 from muslin.classes.overrides import Override
 from muslin.classes.press import Printed
 from muslin.classes.similarity import Alike, Pair
@@ -139,6 +145,37 @@ def test_what_cannot_be_meant_is_refused_with_its_line(line, said, tmp_path):
     assert said in str(error.value)
 
 
+@pytest.mark.parametrize(
+    "text",
+    [
+        "student;task;score;reason\njim;phi;2,5;spät\n",
+        "sep=;\nstudent;task;score;reason\njim;phi;2,5;spät\n",
+        "student\ttask\tscore\treason\njim\tphi\t2.5\tspät\n",
+    ],
+)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16"])
+def test_tables_are_read_as_spreadsheets_write_them(text, encoding, tmp_path):
+    (tmp_path / "overrides.csv").write_bytes(text.encode(encoding))
+    read = overrides.read(tmp_path / "overrides.csv", ROSTER, TABLE)
+    assert read == {"jim": (Override("phi", 2.5, "spät", 5),)}
+
+
+def test_a_bonus_counts_and_is_said_and_a_comment_changes_no_score(tmp_path):
+    read = by_hand(
+        tmp_path, "student,task,score,reason\njim,phi,7,elegant\njim,phi,,read this\njim,,,see me\n"
+    )
+    bonus = row("jim", "Jim", samples.perfect(), set_by_hand=read["jim"])
+    assert (bonus.score("phi"), bonus.total) == (7, 102)
+    assert bonus.notes() == [
+        "phi set by hand to 7 (graded: 5), above the 5 there are: elegant", "phi: read this", "see me",
+    ]  # fmt: skip
+    checks = bonus.as_it_counts()["phi"].checks
+    assert [check.message for check in checks[:2]] == ["7 of 5 (graded: 5). elegant", "read this"]
+    comment = row("jim", "Jim", None, "unreadable", set_by_hand=read["jim"][2:])
+    assert comment.total is None
+    assert comment.notes() == ["not graded: unreadable", "see me"]
+
+
 def test_a_table_without_the_columns_is_refused(tmp_path):
     with pytest.raises(MuslinError, match="no column reason"):
         by_hand(tmp_path, "student,task,score\n")
@@ -176,9 +213,74 @@ def test_what_many_have_says_nothing():
     assert similarity.pairs(sources, STUBS) == []
 
 
+SOLUTION = {f: (paths.solution("cloth") / f).read_text(encoding="utf-8") for f in TABLE.files}
+
+
+def test_copies_of_the_published_solution_are_named_however_many_there_are():
+    sources = {f"s{k:02}": dict(STUBS) for k in range(22)}
+    renamed = {file: re.sub(r"\b(n|area|s0)\b", "my_name", text) for file, text in SOLUTION.items()}
+    for key in ("s03", "s08", "s13"):
+        sources[key] = dict(SOLUTION)
+    sources["s17"] = STUBS | {"stiffness.py": "# all my own work\n" + renamed["stiffness.py"]}
+    alike = similarity.compared(sources, STUBS, SOLUTION)
+    assert alike.published.keys() == {"s03", "s08", "s13", "s17"}
+    assert alike.published["s17"] == ("stiffness.py",)
+    assert len(alike.published["s03"]) >= 5
+    assert alike.pairs == ()
+    assert similarity.compared(sources, STUBS, {}).published is None
+
+
+def test_right_solutions_of_ones_own_do_not_resemble_the_published_one():
+    variants = [variant for variant in large.VARIANTS if variant.verdict == "right"]
+    written = {variant.task: variant for variant in variants}
+    sources = {"a": large.with_variants(list(written.values()))}
+    assert written.keys() == set(TABLE.tasks)
+    assert similarity.compared(sources, STUBS, SOLUTION).published == {}
+
+
+@pytest.mark.parametrize(
+    "text", ["\n" * 50_000, " \n" * 25_000, "\t" * 50_000, "a\n\n" * 16_000, "(" * 50_000]
+)
+def test_nothing_takes_minutes_to_compare(text):
+    began = time.process_time()
+    similarity.pairs({"a": {"stress.py": text}, "b": {"stress.py": text}}, STUBS)
+    assert time.process_time() - began < 20
+
+
 @pytest.mark.parametrize("text", ["", "def (:\n", "\x00\xff", '"""', "x = " * 500])
 def test_anything_can_be_compared(text):
     similarity.pairs({"a": {"stress.py": text}, "b": {"stress.py": text}}, STUBS)
+
+
+# What is on disk -------------------------------------------------------------------------------------------
+
+
+def test_a_full_disk_is_said_and_nothing_else(monkeypatch, tmp_path):
+    ledger = Ledger(tmp_path)
+
+    def full(descriptor):
+        raise OSError(errno.ENOSPC, "No space left on device")
+
+    with ledger.locked():
+        ledger.keep(Result("a"), {})
+        monkeypatch.setattr("muslin.classes.ledger.os.fsync", full)
+        with pytest.raises(MuslinError, match=r"cannot be written: No space left on device\. Make room"):
+            ledger.keep(Result("a", error="new"), {})
+    assert ledger.take("a", {}) == Result("a")
+    assert not list(tmp_path.rglob("*.new"))
+
+
+def test_words_of_the_manifest_regrade_nobody_and_what_a_verdict_depends_on_everybody(monkeypatch):
+    def edition(**changes):
+        phi = dataclasses.replace(TABLE.tasks["phi"], **changes)
+        table = dataclasses.replace(TABLE, tasks={**TABLE.tasks, "phi": phi})
+        monkeypatch.setattr(tasks, "assignment", lambda name: table)
+        return work.edition.__wrapped__("cloth")
+
+    now = edition()
+    assert edition(hints=("think again",), title="New", section="S9") == now
+    assert edition(points=6) != now
+    assert edition(arguments=TABLE.tasks["psi"].arguments) != now
 
 
 # Engines ---------------------------------------------------------------------------------------------------

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 RIGHT, CHANGED, MISTYPED, UNREAD = range(4)
 
 #: How like a mistyped name must be.
-ALIKE = 0.85
+ALIKE = 0.92
 
 #: Most things that are listed in a note, most notes, and longest name in one [characters].
 MOST_LISTED, MOST_NOTES, LONGEST_NAME = 5, 20, 120

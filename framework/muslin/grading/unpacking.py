@@ -227,13 +227,15 @@ def _unpack(found: Found, archive: Archive) -> None:
             stream.seek(0)
             if kind not in _READERS:
                 raise Refused(_no_archive(kind))
-            _take(found, archive.prefix, archive.upload, archive.depth, _READERS[kind](stream, archive.path))
+            items = _READERS[kind](stream, archive.path)
+            if not _take(found, archive.prefix, archive.upload, archive.depth, items):
+                raise Refused("it is empty")
     except Exception as error:  # what readers raise on damaged or hostile archives has no end
         found.closed[archive.path] = _why(error)
 
 
-def _take(found: Found, prefix: str, upload: int, depth: int, items: Iterator[Item]) -> None:
-    """Sort the files of a folder or an archive: read what may be a task file, put archives aside for later."""
+def _take(found: Found, prefix: str, upload: int, depth: int, items: Iterator[Item]) -> int:
+    """Sort the files of a folder or an archive: read what may be a task file, put archives aside; gives their count."""
     count = 0
     for item in items:
         path = PurePosixPath(prefix, item.path) if prefix else PurePosixPath(item.path)
@@ -258,6 +260,7 @@ def _take(found: Found, prefix: str, upload: int, depth: int, items: Iterator[It
             found.entries.append(Entry(str(path), file, tier, upload, depth, b"", ""))
         else:
             found.others.append(str(path))
+    return count
 
 
 def ignored(folder: str) -> bool:

@@ -1,0 +1,111 @@
+"""Task files are found under nearly right names, in archives in archives, and nothing is guessed between two."""
+
+from __future__ import annotations
+
+import zipfile
+
+import pytest
+from class_mess import STUBS, zipped
+
+from muslin import tasks
+from muslin.errors import MuslinError
+from muslin.grading import choosing
+from muslin.grading.submission import Unreadable, collect, gradable
+
+TABLE = tasks.assignment("cloth")
+
+
+def folder(home, files):
+    for name, data in files.items():
+        (home / name).parent.mkdir(parents=True, exist_ok=True)
+        (home / name).write_bytes(data)
+    return collect(home, TABLE)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        "Stress.py", "STRESS.PY", "stress.py.txt", "stress.py.py", "stress .py", "stress (1).py", "stress(2).py",
+        "stress-1.py", "stress_1.py", "stress 2.py", "stress copy.py", "stress copy 3.py", "stress - Copy.py",
+        "stress - Kopie (2).py", "Copy of stress.py", "stress副本.py", "ｓｔｒｅｓｓ.py", "stres.py", "strress.py",
+    ],
+)  # fmt: skip
+def test_the_only_file_whose_name_is_nearly_right_is_taken_and_named(name, tmp_path):
+    others = {file: data for file, data in STUBS.items() if file != "stress.py"}
+    handed = folder(tmp_path, {**others, name: b"x = 1\n"})
+    assert handed.files["stress.py"] == b"x = 1\n"
+    assert f"stress.py is missing; {name} was graded in its place." in handed.about.notes
+
+
+@pytest.mark.parametrize(
+    "name", ["stress.ipynb", "stress.pdf", "my stress final.txt", "stress_old.py", "test_stress.py"]
+)
+def test_what_only_reminds_of_a_task_file_is_named_and_not_read(name, tmp_path):
+    handed = folder(tmp_path, {"collision.py": b"x = 1\n", name: b"x = 1\n"})
+    assert list(handed.files) == ["collision.py"]
+    assert f"there is {name}" in handed.refused["stress.py"]
+
+
+@pytest.mark.parametrize("name", ["press.py", "distress.py", "strain.py", "stress2strain.ipynb", "utils.py"])
+def test_other_names_mean_no_task_file(name):
+    assert choosing.nearness(name, TABLE.files) == ("", choosing.UNREAD)
+
+
+def test_numbers_in_the_names_of_task_files_are_no_copies():
+    wanted = ("task1.py", "task2.py")
+    assert choosing.nearness("task 2.py", wanted) == ("task2.py", choosing.CHANGED)
+    assert choosing.nearness("task3.py", wanted)[1] == choosing.UNREAD
+    assert choosing.nearness("task1 (1).py", wanted) == ("task1.py", choosing.CHANGED)
+
+
+def test_between_two_candidates_nothing_is_guessed_unless_they_are_the_same(tmp_path):
+    two = {"stress (1).py": b"x = 1\n", "stress (2).py": b"x = 2\n", "collision.py": b"x = 1\n"}
+    assert "stress (1).py or stress (2).py may be meant" in folder(tmp_path / "a", two).refused["stress.py"]
+    same = folder(tmp_path / "b", {**two, "stress (2).py": b"x = 1\n"})
+    assert same.files["stress.py"] == b"x = 1\n"
+    right = folder(tmp_path / "c", {**two, "stress.py": b"x = 3\n"})
+    assert right.files["stress.py"] == b"x = 3\n"
+    assert any("not from stress (1).py and stress (2).py" in note for note in right.about.notes)
+
+
+def test_archives_beside_task_files_are_opened_for_what_is_missing_only(tmp_path):
+    beside = {"cloth.zip": zipped({name: b"old = 1\n" for name in STUBS})}
+    whole = folder(tmp_path / "a", {**STUBS, **beside})
+    assert whole.files == STUBS
+    assert whole.about.notes == ("Not opened, since there are task files beside: cloth.zip.",)
+    part = folder(tmp_path / "b", {"stress.py": STUBS["stress.py"], **beside})
+    assert part.files["stress.py"] == STUBS["stress.py"]
+    assert part.files["collision.py"] == b"old = 1\n"
+
+
+def test_a_whole_class_in_one_archive_is_no_submission(tmp_path):
+    (tmp_path / "all.zip").write_bytes(
+        zipped({f"{k}.zip": zipped({"stress.py": b"x = %d" % k}) for k in range(30)})
+    )
+    handed = collect(tmp_path / "all.zip", TABLE)
+    assert "There are" in handed.unreadable
+    assert not handed.files
+
+
+def test_a_single_task_file_is_a_submission(tmp_path):
+    (tmp_path / "stress.py").write_bytes(STUBS["stress.py"])
+    assert collect(tmp_path / "stress.py", TABLE).files == {"stress.py": STUBS["stress.py"]}
+
+
+def test_names_in_a_zip_that_nobody_declared_are_read_as_utf8(tmp_path):
+    with zipfile.ZipFile(tmp_path / "s.zip", "w") as archive:
+        archive.writestr("Zoë/x.py", "")
+        archive.writestr("stress.py", "x = 1")
+    data = bytearray((tmp_path / "s.zip").read_bytes())
+    for mark, flags in ((b"PK\x03\x04", 7), (b"PK\x01\x02", 9)):
+        data[data.find(mark) + flags] &= ~8
+    (tmp_path / "s.zip").write_bytes(data)
+    assert collect(tmp_path / "s.zip", TABLE).about.notes == ("Not task files, so not used: Zoë/x.py.",)
+
+
+def test_what_cannot_be_graded_has_no_score_but_a_reason(tmp_path):
+    (tmp_path / "work.rar").write_bytes(b"Rar!\x1a\x07\1\0")
+    with pytest.raises(Unreadable, match=r"work\.rar cannot be graded\. .*it is a RAR archive"):
+        gradable(tmp_path / "work.rar", TABLE)
+    with pytest.raises(MuslinError, match="There is no submission"):
+        gradable(tmp_path / "nothing.zip", TABLE)
