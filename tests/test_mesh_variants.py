@@ -2,6 +2,7 @@
 
 import importlib.util
 import io
+import warnings
 import zlib
 
 import mesh_variants
@@ -24,7 +25,9 @@ def read(folder, name: str, content: bytes) -> Mesh:
 def read_or_refuse(folder, name: str, content: bytes) -> Mesh | None:
     """The mesh, or None where one clear line refuses it."""
     try:
-        return read(folder, name, content)
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # nothing is printed besides
+            return read(folder, name, content)
     except MeshError as error:
         refusal = error
     assert str(refusal).isprintable(), "one line"

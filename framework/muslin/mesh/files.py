@@ -198,7 +198,8 @@ def _content(path: Any) -> tuple[str, bytes, str]:
 def _parse(content: bytes, file: str, suffix: str, path: Path) -> Polygons:
     form = FORMATS[suffix]
     try:
-        return form.read(content, file, path)
+        with np.errstate(all="ignore"):  # what is not finite is refused later, by name
+            return form.read(content, file, path)
     except MeshError:
         raise
     except MemoryError:
