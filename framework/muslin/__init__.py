@@ -56,3 +56,10 @@ def __getattr__(name: str) -> Any:
 
 def __dir__() -> list[str]:
     return sorted([*globals(), *_HOMES])
+
+
+def load_ipython_extension(shell: Any) -> None:
+    """Called by `%load_ext muslin` in a notebook."""
+    from muslin.notebook.cells import register
+
+    register(shell)

@@ -62,6 +62,16 @@ class Run:
     interrupted: bool = False
     uses: frozenset[str] = frozenset()
 
+    def __repr__(self) -> str:
+        last = self.energies[-1]
+        where = f", in {paths.shown(self.folder)}" if self.folder else ""
+        return f"Run({self.scene.name}: {last.step} steps, {last.time:.3g} s, {len(self.x)} vertices{where})"
+
+    def _repr_html_(self) -> str:
+        from muslin.notebook.shows import run_html
+
+        return run_html(self)
+
 
 def build(
     scene: Scene,

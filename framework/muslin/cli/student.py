@@ -37,6 +37,10 @@ def start(
     folder: Annotated[
         Path | None, typer.Argument(metavar="DIR", help="Default: a folder of its name.")
     ] = None,
+    notebook: Annotated[
+        bool,
+        typer.Option("--notebook", help="Also make a Jupyter notebook of the handout, a cell per function."),
+    ] = False,
 ) -> None:
     """Make a workspace: task files, handout, editor settings. Nothing is overwritten."""
     from muslin.student import workspace
@@ -44,6 +48,10 @@ def start(
     folder = folder or Path(assignment)
     workspace.start(assignment, folder)
     made = workspace.find(folder)
+    if notebook:
+        from muslin.notebook import making
+
+        typer.echo(f"The notebook is {paths.shown(making.write(assignment, folder))}.")
     first = next(iter(made.table.tasks.values()))
     here = folder.resolve() == Path.cwd()
     say(f"{made.table.title}: {len(made.table.tasks)} functions, in {paths.shown(folder)}.")

@@ -14,6 +14,7 @@ import multiprocessing
 import os
 import signal
 import sys
+import threading
 import traceback
 from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
@@ -47,7 +48,8 @@ class Worker:
 
     def __init__(self, debug: bool = False, ready: tuple[str, ...] = ()):
         # Forking is instant, and safe as long as this process has neither threads nor an engine.
-        fork = sys.platform == "linux" and not engine.imported()
+        alone = threading.active_count() == 1 and not engine.imported()  # a notebook is not
+        fork = sys.platform == "linux" and alone
         context = multiprocessing.get_context("fork" if fork else "spawn")
         self._channel, theirs = context.Pipe()
         self._process = context.Process(  # type: ignore[attr-defined]

@@ -1,0 +1,285 @@
+"""Results that show themselves in a notebook: verdicts, runs, films, a view to turn. Text where there is no browser."""
+
+from __future__ import annotations
+
+import base64
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from jinja2 import Environment
+
+from muslin import paths
+from muslin.errors import MuslinError
+from muslin.runs import RunFolder
+from muslin.student import checking
+from muslin.student.checking import Report
+from muslin.student.workspace import Workspace
+
+if TYPE_CHECKING:
+    from muslin.simulation import Run
+
+#: Files that show themselves, and what they are.
+DRAWN = {".png": "image/png", ".webp": "image/webp", ".gif": "image/gif", ".mp4": "video/mp4"}
+
+#: Size of pictures in a cell [pixels].
+STILL = (640, 360)
+
+#: Most frames in a view to turn: each costs some 12 bytes a vertex in the notebook.
+MOST_FRAMES = 60
+
+_TEMPLATES = {
+    "verdicts": """
+<div style="font-family:system-ui,sans-serif;line-height:1.45;max-width:60em">
+{% for r in reports %}
+<div style="border-left:4px solid {{ colours[r.status] }};padding:0.2em 0.8em;margin:0.3em 0">
+<b>{{ r.task }}</b> <span style="color:{{ colours[r.status] }};font-weight:600">{{ marks[r.status] }}</span>
+{{ r.lines[0] }}
+{%- if r.lines[1:] %}<pre style="margin:0.3em 0;font-size:0.9em">{{ r.lines[1:] | join("\\n") }}</pre>{% endif %}
+{% if r.rows %}<table style="border:0">{% for label, text in r.rows %}
+<tr style="background:none"><td style="text-align:left;vertical-align:top;padding:0 0.8em 0 0;opacity:0.6">{{ label }}</td>
+<td style="text-align:left;padding:0">{{ text }}</td></tr>{% endfor %}</table>{% endif %}
+</div>
+{% endfor %}
+<div style="opacity:0.75">{{ green }} of {{ reports | length }} agree with the reference data.</div>
+</div>""",
+    "run": """
+<div style="font-family:system-ui,sans-serif;max-width:64em">
+<div><b>{{ title }}</b>, {{ time }} s in {{ steps }} steps, {{ vertices }} vertices</div>
+<table style="border:0;margin:0.3em 0">{% for label, value in rows %}
+<tr style="background:none"><td style="text-align:left;padding:0 0.8em 0 0;opacity:0.6">{{ label }}</td>
+<td style="text-align:left;padding:0">{{ value }}</td></tr>{% endfor %}</table>
+{% for picture in pictures %}<img src="{{ picture }}" style="max-width:49%;border-radius:4px">{% endfor %}
+</div>""",
+    "video": """<video controls loop autoplay muted src="{{ source }}" style="max-width:100%;width:720px"></video>""",
+    "picture": """<img src="{{ source }}" style="max-width:100%;width:720px">""",
+    "page": """<iframe srcdoc="{{ page }}" title="{{ title }}" style="width:100%;height:{{ height }}px;border:0;border-radius:6px"></iframe>""",
+}
+_COLOURS = {
+    checking.GREEN: "#1a7f4b",
+    checking.WRONG: "#b3261e",
+    checking.TODO: "#8a6d00",
+    checking.ERROR: "#b3261e",
+}
+_MARKS = {
+    checking.GREEN: "ok",
+    checking.WRONG: "not yet",
+    checking.TODO: "to do",
+    checking.ERROR: "does not run",
+}
+
+
+@cache
+def _environment() -> Environment:
+    return Environment(autoescape=True)
+
+
+def filled(template: str, **values: Any) -> str:
+    """HTML in which every value is escaped."""
+    return _environment().from_string(_TEMPLATES[template].strip()).render(**values)
+
+
+@dataclass(frozen=True)
+class Verdicts:
+    """What the check says of some tasks."""
+
+    workspace: Workspace
+    reports: list[Report]
+
+    @property
+    def green(self) -> int:
+        """How many are right."""
+        return sum(report.status == checking.GREEN for report in self.reports)
+
+    def __repr__(self) -> str:
+        width = max((len(report.task) for report in self.reports), default=0)
+        lines = [line for report in self.reports for line in checking.told(self.workspace, report, width)]
+        return "\n".join([*lines, f"{self.green} of {len(self.reports)} agree with the reference data."])
+
+    def _repr_html_(self) -> str:
+        told = []
+        for report in self.reports:
+            rows = []
+            if report.status in (checking.WRONG, checking.ERROR):
+                rows = [
+                    ("likely", report.mistake),
+                    ("try", report.advice),
+                    *(("look", note) for note in report.notes),
+                ]
+                at = f" --case {report.case}" if report.case is not None else ""
+                rows.append(("more", f"%muslin explain {report.task}{at}   or   %muslin hint {report.task}"))
+            rows = [row for row in rows if row[1]]
+            told.append(
+                {
+                    "task": report.task,
+                    "status": report.status,
+                    "lines": report.message.split("\n"),
+                    "rows": rows,
+                }
+            )
+        return filled("verdicts", reports=told, green=self.green, colours=_COLOURS, marks=_MARKS)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """A picture or film on disk."""
+
+    path: Path
+
+    def __repr__(self) -> str:
+        return paths.shown(self.path)
+
+    def _repr_html_(self) -> str:
+        template = "video" if self.path.suffix == ".mp4" else "picture"
+        return filled(template, source=_data(self.path.read_bytes(), DRAWN[self.path.suffix]))
+
+
+@dataclass(frozen=True)
+class Page:
+    """A page of its own inside a cell."""
+
+    page: str
+    title: str
+    height: int = 480
+
+    def __repr__(self) -> str:
+        return f"({self.title}: shown where there is a browser)"
+
+    def _repr_html_(self) -> str:
+        return filled("page", page=self.page, title=self.title, height=self.height)
+
+
+def run_html(run: Run) -> str:
+    """A run in a cell: what it was, where its energy is, how it ended."""
+    last = run.energies[-1]
+    rows = [(f"{name} [J]", f"{last[name]:.4g}") for name in ("kinetic", "elastic", "gravity")]
+    rows.append(("in contact", f"{last['contacts']} vertices"))
+    if run.folder is not None:
+        rows.append(("written to", paths.shown(run.folder)))
+    pictures = [_data(_png(picture), DRAWN[".png"]) for picture in _pictures(run)]
+    return filled(
+        "run", title=run.scene.title, time=f"{last['time']:.2f}", steps=last["step"], vertices=len(run.x),
+        rows=rows, pictures=pictures,
+    )  # fmt: skip
+
+
+def film(
+    run: Run | Path | str, quality: str = "draft", size: tuple[int, int] = (960, 540), **options: Any
+) -> Drawn:
+    """Film a run that was written to disk, to be shown in a cell.
+
+    Parameters
+    ----------
+    run : Run or path
+    quality, size, **options
+        As for `muslin.show.render_run`.
+
+    Raises
+    ------
+    MuslinError
+        If the run was not written to disk: give `muslin.simulate` an `out`.
+    """
+    from muslin import show
+
+    folder = _written(run)
+    written = show.render_run(folder, film="mp4", quality=quality, size=size, **options)
+    return Drawn(written[-1])
+
+
+def view(run: Run | Path | str, height: int = 480) -> Page:
+    """A run as a film to turn and zoom, in a cell; it needs no server and stays in the saved notebook.
+
+    Parameters
+    ----------
+    run : Run or path
+        Of a run that was not written to disk the start and the end are shown.
+    height : int
+        [pixels]
+
+    Raises
+    ------
+    MuslinError
+        If viser is not installed.
+    """
+    from muslin.show import Show
+    from muslin.viewer import browser, scenery
+
+    viser = browser.require()
+    if isinstance(run, (Path, str)) or run.folder is not None:
+        show = Show(RunFolder(_written(run)))
+        count = len(show.times)
+        frames = np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))
+        surfaces, times = [show.surfaces(int(k)) for k in frames], show.times[frames]
+        camera = show.camera(0)
+    else:
+        raise MuslinError("The run was not written to disk.", 'Simulate with out="runs/..." to view it.')
+    server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
+    try:
+        scene = server.scene
+        scene.set_up_direction("+y")
+        scene.configure_default_lights(enabled=True, cast_shadow=True)
+        server.initial_camera.position, server.initial_camera.look_at = camera.eye, camera.target
+        cloth, *others = surfaces[0]
+        things = [scene.add_mesh_simple(
+            "/cloth", np.asarray(cloth.vertices, np.float32), np.asarray(cloth.triangles, np.uint32),
+            color=scenery.bytes_of(scenery.CLOTH_COLOUR), side="double",
+        )]  # fmt: skip
+        for number, body in enumerate(others):
+            things.append(scene.add_mesh_simple(
+                f"/body{number}", np.asarray(body.vertices, np.float32), np.asarray(body.triangles, np.uint32),
+                color=scenery.bytes_of(scenery.BODY_COLOUR),
+            ))  # fmt: skip
+        serializer = server.get_scene_serializer()
+        for k in range(1, len(surfaces)):
+            serializer.insert_sleep(float(times[k] - times[k - 1]))
+            for thing, before, after in zip(things, surfaces[k - 1], surfaces[k], strict=True):
+                if not np.array_equal(before.vertices, after.vertices):
+                    thing.vertices = np.asarray(after.vertices, np.float32)
+        serializer.insert_sleep(0.5)
+        return Page(serializer.as_html(), "The run, to turn and zoom", height)
+    finally:
+        server.stop()
+
+
+def _written(run: Run | Path | str) -> Path:
+    folder = run if isinstance(run, (Path, str)) else run.folder
+    if folder is None:
+        raise MuslinError(
+            "The run was not written to disk.", 'Simulate with out="runs/...", then film or view it.'
+        )
+    return Path(folder)
+
+
+def _pictures(run: Run) -> Iterator[np.ndarray]:
+    """A draft of how it ended, or of the scene's best moment where that was written; the energies."""
+    from muslin import render
+    from muslin.show import BACK, Show
+
+    if run.folder is not None:
+        show = Show(RunFolder(run.folder), size=STILL, quality="draft")
+        still = run.scene.still
+        yield show.picture(
+            len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
+        )
+    else:
+        cloth = render.Surface(run.x, run.mesh.triangles, replace(render.CLOTH, back=BACK))
+        yield render.draw([cloth], render.fit_camera(run.x, run.scene.view, STILL), STILL, "draft")
+    if len(run.energies) > 1:
+        energies = {name: run.energies[name] for name in ("kinetic", "elastic", "gravity")}
+        yield render.plot_energies(energies, run.energies["time"], title="Energy", size=STILL)
+
+
+def _png(picture: np.ndarray) -> bytes:
+    from PIL import Image
+
+    stream = io.BytesIO()
+    Image.fromarray(picture).save(stream, "PNG")
+    return stream.getvalue()
+
+
+def _data(content: bytes, kind: str) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode('ascii')}"
