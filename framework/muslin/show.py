@@ -62,7 +62,7 @@ class Show:
     ):
         self.run, self.size, self.quality, self.wireframe = run, size, quality, wireframe
         self.scene = run.scene
-        self.uv = _pattern(run.rest)
+        self.uv = pattern_of(run.rest)
         self.depth = float(run.energies["penetration"].max()) if sinks is None else sinks
         self.cloth = replace(render.CLOTH, back=BACK)
         self.legend = None
@@ -392,7 +392,7 @@ def _surface(collider: Sphere | Capsule, depth: float) -> render.Surface:
     return render.capsule_surface(collider.a, collider.b, radius)
 
 
-def _pattern(rest: np.ndarray) -> np.ndarray:
+def pattern_of(rest: np.ndarray) -> np.ndarray:
     """Undeformed positions in the cloth's main plane, (n, 2) [m]."""
     centred = rest - rest.mean(axis=0)
     keep = np.sort(np.argsort(np.ptp(centred, axis=0), kind="stable")[1:])

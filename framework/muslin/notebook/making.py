@@ -41,6 +41,13 @@ from muslin import evaluate
 np.set_printoptions(precision=4, suppress=True)
 """
 
+#: A run to turn and zoom.
+VIEW = """\
+from muslin.notebook import view
+
+view("runs/drape")
+"""
+
 #: Sections of the handout that speak of a terminal and an editor: what stands in the notebook instead.
 INSTEAD = {
     "Setting up": "",
@@ -98,7 +105,7 @@ def notebook(name: str, requirement: str = REQUIREMENT) -> dict[str, Any]:
             cells.append(_code(f"%%task {words}\n{stubs[words]}"))
             cells += [_code('f = muslin.load(".")\n' + example) for example in _examples(part)]
     cells.append(_text("## See it, and hand it in\n", folder, places))
-    cells += [_code(f"%muslin {command}") for command in ("list", "run drape", "submit")]
+    cells += [_code(text) for text in ("%muslin list", "%muslin run drape", VIEW, "%muslin submit")]
     for k, cell in enumerate(cells):
         cell["id"] = f"cell-{k}"
     return {

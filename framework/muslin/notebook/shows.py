@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import base64
+import contextlib
 import io
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
@@ -11,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment
+from jinja2 import Environment, FileSystemLoader
 
 from muslin import paths
 from muslin.errors import MuslinError
@@ -32,33 +33,6 @@ STILL = (640, 360)
 #: Most frames in a view to turn: each costs some 12 bytes a vertex in the notebook.
 MOST_FRAMES = 60
 
-_TEMPLATES = {
-    "verdicts": """
-<div style="font-family:system-ui,sans-serif;line-height:1.45;max-width:60em">
-{% for r in reports %}
-<div style="border-left:4px solid {{ colours[r.status] }};padding:0.2em 0.8em;margin:0.3em 0">
-<b>{{ r.task }}</b> <span style="color:{{ colours[r.status] }};font-weight:600">{{ marks[r.status] }}</span>
-{{ r.lines[0] }}
-{%- if r.lines[1:] %}<pre style="margin:0.3em 0;font-size:0.9em">{{ r.lines[1:] | join("\\n") }}</pre>{% endif %}
-{% if r.rows %}<table style="border:0">{% for label, text in r.rows %}
-<tr style="background:none"><td style="text-align:left;vertical-align:top;padding:0 0.8em 0 0;opacity:0.6">{{ label }}</td>
-<td style="text-align:left;padding:0">{{ text }}</td></tr>{% endfor %}</table>{% endif %}
-</div>
-{% endfor %}
-<div style="opacity:0.75">{{ green }} of {{ reports | length }} agree with the reference data.</div>
-</div>""",
-    "run": """
-<div style="font-family:system-ui,sans-serif;max-width:64em">
-<div><b>{{ title }}</b>, {{ time }} s in {{ steps }} steps, {{ vertices }} vertices</div>
-<table style="border:0;margin:0.3em 0">{% for label, value in rows %}
-<tr style="background:none"><td style="text-align:left;padding:0 0.8em 0 0;opacity:0.6">{{ label }}</td>
-<td style="text-align:left;padding:0">{{ value }}</td></tr>{% endfor %}</table>
-{% for picture in pictures %}<img src="{{ picture }}" style="max-width:49%;border-radius:4px">{% endfor %}
-</div>""",
-    "video": """<video controls loop autoplay muted src="{{ source }}" style="max-width:100%;width:720px"></video>""",
-    "picture": """<img src="{{ source }}" style="max-width:100%;width:720px">""",
-    "page": """<iframe srcdoc="{{ page }}" title="{{ title }}" style="width:100%;height:{{ height }}px;border:0;border-radius:6px"></iframe>""",
-}
 _COLOURS = {
     checking.GREEN: "#1a7f4b",
     checking.WRONG: "#b3261e",
@@ -75,12 +49,12 @@ _MARKS = {
 
 @cache
 def _environment() -> Environment:
-    return Environment(autoescape=True)
+    return Environment(loader=FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True)
 
 
 def filled(template: str, **values: Any) -> str:
-    """HTML in which every value is escaped."""
-    return _environment().from_string(_TEMPLATES[template].strip()).render(**values)
+    """A template of this folder as HTML, every value escaped."""
+    return _environment().get_template(f"{template}.html").render(**values)
 
 
 @dataclass(frozen=True)
@@ -196,27 +170,31 @@ def view(run: Run | Path | str, height: int = 480) -> Page:
     Parameters
     ----------
     run : Run or path
-        Of a run that was not written to disk the start and the end are shown.
+        One that was written to disk.
     height : int
         [pixels]
 
     Raises
     ------
     MuslinError
-        If viser is not installed.
+        If the run was not written to disk, or viser is not installed.
     """
     from muslin.show import Show
-    from muslin.viewer import browser, scenery
+    from muslin.viewer import browser
 
     viser = browser.require()
-    if isinstance(run, (Path, str)) or run.folder is not None:
-        show = Show(RunFolder(_written(run)))
-        count = len(show.times)
-        frames = np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))
-        surfaces, times = [show.surfaces(int(k)) for k in frames], show.times[frames]
-        camera = show.camera(0)
-    else:
-        raise MuslinError("The run was not written to disk.", 'Simulate with out="runs/..." to view it.')
+    show = Show(RunFolder(_written(run)))
+    count = len(show.times)
+    frames = np.unique(np.linspace(0, count - 1, min(count, MOST_FRAMES)).round().astype(int))
+    surfaces, times = [show.surfaces(int(k)) for k in frames], show.times[frames]
+    with contextlib.redirect_stdout(io.StringIO()):  # it tells where it listens; nobody is to go there
+        return Page(_recorded(viser, surfaces, times, show.camera(0)), "The run, to turn and zoom", height)
+
+
+def _recorded(viser: Any, surfaces: list[list[Any]], times: np.ndarray, camera: Any) -> str:
+    """The surfaces of frames, the cloth first, as a page that plays them."""
+    from muslin.viewer import scenery
+
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
     try:
         scene = server.scene
@@ -240,7 +218,7 @@ def view(run: Run | Path | str, height: int = 480) -> Page:
                 if not np.array_equal(before.vertices, after.vertices):
                     thing.vertices = np.asarray(after.vertices, np.float32)
         serializer.insert_sleep(0.5)
-        return Page(serializer.as_html(), "The run, to turn and zoom", height)
+        return serializer.as_html()
     finally:
         server.stop()
 
@@ -257,7 +235,7 @@ def _written(run: Run | Path | str) -> Path:
 def _pictures(run: Run) -> Iterator[np.ndarray]:
     """A draft of how it ended, or of the scene's best moment where that was written; the energies."""
     from muslin import render
-    from muslin.show import BACK, Show
+    from muslin.show import BACK, Show, pattern_of
 
     if run.folder is not None:
         show = Show(RunFolder(run.folder), size=STILL, quality="draft")
@@ -266,7 +244,8 @@ def _pictures(run: Run) -> Iterator[np.ndarray]:
             len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
         )
     else:
-        cloth = render.Surface(run.x, run.mesh.triangles, replace(render.CLOTH, back=BACK))
+        material = replace(render.CLOTH, back=BACK)
+        cloth = render.Surface(run.x, run.mesh.triangles, material, pattern_of(run.mesh.vertices))
         yield render.draw([cloth], render.fit_camera(run.x, run.scene.view, STILL), STILL, "draft")
     if len(run.energies) > 1:
         energies = {name: run.energies[name] for name in ("kinetic", "elastic", "gravity")}
