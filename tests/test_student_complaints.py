@@ -113,12 +113,22 @@ MISTAKES = {
         "dpsi_dF", "", "A, B, C = ti.svd(ti.Matrix.cols([U[:, 0], U[:, 1]]))\nreturn U", 1, "svd(F, N)"),
     "the inverse of a matrix that is not square": (
         "phi", "", "D = ti.Matrix.cols([X1 - X0, X2 - X0])\nreturn D.inverse() @ X", 2, "D.transpose() @ D is square"),
-    "the largest entry": ("psi", "", "return ti.Vector([max(s), mu])[0]", 1, "numbers"),
+    "the largest entry": ("psi", "", "return ti.Vector([max(s), mu])[0]", 1, "v.max()"),
     "* of a matrix and a vector": ("nodal_force", "", "return -h * area * P * grad_phi", 1, "A @ v"),
     "* for the outer product": (
         "deformation_gradient", "", "F = ti.Matrix.cols([x0, x1, x2])\nreturn F + x0 * N", 2, "a.outer_product(b)"),
     "an if about a vector": (
         "filter_velocity", "", "d = n * v\nif d < 0:\n    d = -d\nreturn v", 2, "a.dot(b) is a number"),
+    "two things in one line": (
+        "sphere_contact", "", "hit = 0\nif x.norm2() < r^2:\n    hit = 1\nreturn hit, x", 2, "write a.norm_sqr()"),
+    "a square of a vector": ("kinetic_energy", "", "return rho * v0**2", 1, "a.dot(a) the squared length"),
+    "a product of vectors": ("kinetic_energy", "", "return rho*(v0*v1)", 1, "a.dot(b) is a number"),
+    "the largest of a vector": ("psi", "", "return ti.Vector([ti.max(s), mu]).sum()", 1, "v.max()"),
+    "ti.Matrix.col": ("dn_dx", "", "return ti.Matrix.col([x0, x1, x2])", 1, "ti.Matrix.cols"),
+    "a value called like a function": ("dpsi_dF", "", "return dpsi_ds(U, V, U)", 1, "dpsi_ds is a value here"),
+    "a method without its argument": ("dn_dx", "", "m = x0.cross()\nreturn m.outer_product(m)", 1, "a.cross(b)"),
+    "a decimal comma": ("psi", "", "return 0,5 * lam", 1, "has a point"),
+    "MATLAB's end": ("psi", "", "y = mu\nend\nreturn y", 2, "Python has no end"),
     # names nobody has given a value
     "X0 for x0": ("interpolate", "", "return phi[0] * X0", 1, "did you mean x0?"),
     "a misspelt argument": ("psi", "", "return lamb * s[0]", 1, "did you mean lam?"),
@@ -204,6 +214,8 @@ FILES = {
         f"{TI}@ti.kernel\ndef psi(s: ti.math.vec3, mu: float, lam: float) -> float:\n    return mu\n", 4,
         "instead of @ti.kernel"),
     "a decorator with brackets": (TI + FUNC.replace("func", "func()", 1), 3, "without brackets"),
+    "a real function": (TI + FUNC.replace("func", "real_func", 1), 3, 'not "@ti.real_func"'),
+    "async": (TI + FUNC.replace("def", "async def"), 4, "without async"),
     "a decorator that is none": (TI + FUNC.replace("func", "function", 1), 3, "Write @ti.func above def psi"),
     "a decorator without ti": (TI + FUNC.replace("ti.func", "func", 1), 3, "Write @ti.func above def psi"),
     "arguments in another order": (TI + FUNC.replace("mu, lam", "lam, mu"), 4, "(s, mu, lam), in this order"),

@@ -79,18 +79,19 @@ ADVICE: tuple[tuple[str, str], ...] = (
         r"matmul|dimension mismatch",
         "Look at the shapes: a (n, k) matrix takes a (k,) vector or a (k, m) matrix.",
     ),
+    (r"AsyncFunctionDef", "A task is a plain function: write def, without async."),
     (
         r"Unsupported node",
         "That part of Python does not run inside a Taichi function: plain formulas, if and for do.",
     ),
     (
+        r"\b(max|min)\([^,]*\)(.*\n)+.*one of them is a tensor",
+        "The largest entry of a vector is v.max(), the smallest v.min(); max(a, b) takes two numbers.",
+    ),
+    (
         r"ti\.Vector\((.*\n)+.*(PrimitiveType|one of them is a tensor)",
         "The entries of ti.Vector([...]) are numbers, and a vector stands among them: vectors are added with +, and "
         "put side by side with ti.Matrix.cols([a, b, c]).",
-    ),
-    (
-        r"\b(max|min)\((.*\n)+.*one of them is a tensor",
-        "The largest entry of a vector is v.max(), the smallest v.min(); max(a, b) takes two numbers.",
     ),
     (
         r"dt->is<PrimitiveType>",
@@ -126,6 +127,7 @@ ADVICE: tuple[tuple[str, str], ...] = (
         "A Python list needs a number known in advance: use if, or ti.static(range(3)).",
     ),
     (r"number of targets", "Return as many values as the task asks for, separated by commas."),
+    (r"tuple index out of range", "It is called with too few arguments: a.cross(b), a.dot(b)."),
     (r"inspect._empty", "It is called with the wrong number of arguments."),
     (r"<class 'function'>", "A method lacks its brackets: m.norm(), F.transpose()."),
     (r"[Mm]ake_matrix\(\) takes", "ti.Vector and ti.Matrix take one list: ti.Vector([a, b, c])."),
@@ -181,7 +183,7 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
         return StudentCodeError(
             f"{where}: {name} calls itself, and a Taichi function cannot.", "Write a loop."
         )
-    note = _noticed(function, where)
+    note = _noticed(function, where, snippet)
     if note is not None and not snippet:
         where, snippet = f"{where}, line {note.line}", f"    {reading.row(function, note.line)}"
     return StudentCodeError(told(name, where, snippet, message, note.words if note else ""))
@@ -217,12 +219,23 @@ def told(name: str, where: str, snippet: str, message: str, noticed: str = "") -
 NOISE = r"^\[\w+\.(cpp|h):|__name__|^AssertionError|^MatMult|make_matrix|^TypedConstant|inspect\._empty"
 
 
-def _noticed(function: Callable[..., Any], where: str) -> reading.Note | None:
-    """What a reader notices in the line a complaint is about; without a line, what is noticed first."""
-    notes = reading.of(function)
+def _noticed(function: Callable[..., Any], where: str, snippet: str = "") -> reading.Note | None:
+    """What a reader notices in the line a complaint is about, best in what is underlined; without a line, first."""
     line = re.search(r", line (\d+)$", where)
-    explains = (note for note in notes if not note.compiles)
-    return next((note for note in explains if line is None or note.line == int(line[1])), None)
+    notes = [note for note in reading.of(function) if not note.compiles]
+    if line is not None:
+        notes = [note for note in notes if note.line == int(line[1])]
+        marked = _underlined(snippet)
+        notes.sort(key=lambda note: not (marked in note.code or note.code in marked))
+    return notes[0] if notes else None
+
+
+def _underlined(snippet: str) -> str:
+    """What is underlined in the first source line of a complaint."""
+    rows = snippet.split("\n")
+    if len(rows) < 2 or set(rows[1]) - set(" ^"):
+        return ""
+    return "".join(letter for letter, mark in zip(rows[0], rows[1], strict=False) if mark == "^").strip()
 
 
 def misshapen(function: Callable[..., Any], title: str, which: int, got: str, asked: str) -> StudentCodeError:
@@ -273,8 +286,8 @@ SHAPES: tuple[tuple[str, str], ...] = (
         "abs of a vector works entry by entry: its length is v.norm().",
     ),
     (
-        r" \* (.*\n)+a vector of \d -> a number",
-        "* of two vectors works entry by entry: a.dot(b) is a number.",
+        r"\*(.*\n)+a vector of \d -> a number",
+        "* and ** of vectors work entry by entry: a.dot(b) is a number, and a.dot(a) the squared length.",
     ),
     (r"a \dx1 matrix -> a vector", "A matrix of one column is no vector: write ti.Vector([a, b, c])."),
     (

@@ -121,9 +121,10 @@ def _words(error: BaseException, text: str, line: int, made: ModuleType) -> tupl
     if isinstance(error, ImportError):
         return _not_imported(error, made)
     if decorated and ("annotated" in said or "kernel" in said):
+        wrong = decorator(made, name)
         return (
             "a task is a Taichi function, not a kernel",
-            f'Write "@ti.func" above def {name}, not "@ti.kernel".',
+            f'Write "@ti.func" above def {name}, not "{wrong}".',
         )
     if decorated and "missing 1 required positional argument: 'fn'" in said:
         return "the decorator has brackets", 'Write "@ti.func" without brackets.'

@@ -18,7 +18,7 @@ from typing import NoReturn, TypeVar
 from muslin.errors import StudentCodeError
 
 #: Longest line shown [characters]; of a longer one, the part around the caret.
-WIDEST = 100
+WIDEST = 64
 
 #: Characters that text processors, web pages and PDFs put in place of those of the keyboard.
 TYPED: dict[str, str] = {
@@ -52,6 +52,17 @@ LINES: tuple[tuple[str, str], ...] = (
         "then it may take many lines.",
     ),
     (r"\\[A-Za-z]", "A name is written without backslash: mu, lam."),
+    (r"=<", "Write <= for =<."),
+    (r"=>", "Write >= for =>."),
+    (r"<>", "Write != for <>."),
+    (r"^return\s*:", "No colon stands after return."),
+    (
+        rf"^return\s+{_NAME}\s*=(?!=)",
+        "A return gives a value, not a name: write return and the formula alone.",
+    ),
+    (rf"({_NAME})\.(\d)", "An entry has square brackets: {1}[{2}]."),
+    (rf"^({_NAME})\s*:=", "Write {1} = ... for {1} := ..."),
+    (r"\bthen$", "Write a colon for then."),
     (r"^else\s+if\b", "Write elif for else if."),
     (r"&&", "Write and for &&."),
     (r"\|\|", "Write or for ||."),
@@ -67,7 +78,7 @@ LINES: tuple[tuple[str, str], ...] = (
         "{1} is a word of Python's own, so it cannot be a name: choose another.",
     ),
     (
-        rf"^(?:double|float|int|auto|const|vec[234]|mat[234]|Vector3d|Matrix3d)\s+({_NAME})",
+        rf"^(?:double|float|int|auto|const|let|var|vec[234]|mat[234]|Vector3d|Matrix3d)\s+({_NAME})",
         "Python wants no type in front of a name: write {1} = ...",
     ),
     (r"[;{}]\s*$", "Python has no braces and no semicolons: a block stands four spaces further right."),

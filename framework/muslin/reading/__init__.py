@@ -49,7 +49,9 @@ def notes(text: str, name: str, asked: tuple[str, ...] = ()) -> list[Note]:
     for one in used(functions, name):
         arguments = frozenset(_arguments(functions[one]))
         page = Page(text, functions[one], arguments, functions, modules, known, asked if one == name else ())
-        compiled = one == name or functions[one].decorator_list  # else Python runs it while the others compile
+        compiled = (
+            one == name or functions[one].decorator_list
+        )  # else Python runs it while the others compile
         notices = (*HABITS, *NAMES, *TRAPS) if compiled else (*NAMES, *TRAPS)
         found += [note for notice in notices for note in notice(page)]
     defined = [n for n in source.tree.body if isinstance(n, ast.FunctionDef) and n.name == name]

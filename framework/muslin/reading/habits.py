@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from collections.abc import Callable, Iterator
 
 from muslin.reading import vocabulary
@@ -37,6 +38,11 @@ def _called(page: Page) -> Iterator[Note]:
         value = isinstance(called, ast.Name) and called.id in page.arguments | computed
         if value and inside and all(isinstance(a, ast.Constant) and type(a.value) is int for a in node.args):
             yield page.note(node, f"an entry has square brackets; write {shown(called)}[{inside}].")
+        elif value and len(node.args) > 1:
+            words = (
+                f"{shown(called)} is a value here, and no function; its entries are {shown(called)}[0], ..."
+            )
+            yield page.note(node, words)
         elif value or isinstance(called, (ast.Constant, ast.BinOp, ast.Subscript)):
             front = f"({shown(called)})" if isinstance(called, ast.BinOp) else shown(called)
             yield page.note(node, f"a * is missing in front of the bracket; write {front} * ({inside}).")
@@ -74,7 +80,9 @@ def _thrown_away(page: Page) -> Iterator[Note]:
             )
         elif not isinstance(value, (ast.Await, ast.Yield, ast.YieldFrom, ast.NamedExpr)):
             yield page.note(
-                node, "this line computes something and nothing gets it; write y = ... or delete it."
+                node,
+                "this line computes something and nothing gets it; write y = ... or delete it.",
+                compiles=True,
             )
 
 
@@ -116,6 +124,8 @@ def _results(page: Page) -> Iterator[Note]:
         elif isinstance(value, ast.Tuple) and len(value.elts) != len(asked):
             given = _count(len(value.elts))
             more = "; one vector is ti.Vector([a, b, c])" if len(asked) == 1 else ""
+            if re.match(r"return\s+\d+,\d", ast.get_source_segment(page.text, node) or ""):
+                more = "; a decimal number has a point, as 0.5"
             yield page.note(node, f"{given} returned, and {want}{more}.", fatal=True)
         elif len(asked) > 1 and _single(value):
             yield page.note(node, f"one value is returned, and {want}; put commas between them.", fatal=True)

@@ -70,7 +70,8 @@ def _is_module(page: Page, node: ast.expr) -> bool:
 
 def _no_such(module: str, name: str, names: list[str]) -> str:
     alike = vocabulary.near(name, (n for n in names if not n.startswith("_")))
-    instead = INSTEAD.get(name) or (f"{module}.{alike}" if alike else "")
+    close = module.endswith(("Matrix", "Vector")) and alike.startswith(name)  # col and cols
+    instead = f"{module}.{alike}" if alike and (close or name not in INSTEAD) else INSTEAD.get(name, "")
     return f"{module} has no {name}" + (f"; write {instead}." if instead else ".")
 
 
@@ -169,6 +170,8 @@ def _unknown(page: Page, name: str, born: set[str]) -> str:
         return f"{name} is not known here; write {INSTEAD[name]}."
     if not alike and callable(getattr(vocabulary.taichi(), name, None)):
         return f"{name} is not known here; write ti.{name}."
+    if name == "end":
+        return "Python has no end; a block ends where lines begin further left. Delete the line."
     if name == "self":
         return "self belongs to classes; the arguments have names of their own here."
     if alike:
