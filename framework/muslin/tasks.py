@@ -76,7 +76,7 @@ class Grading:
     Attributes
     ----------
     deadline, simulation_deadline : float
-        Time a task and the simulation may take, compilation included [s].
+        Processor time and sleep that a task may take for an answer, and the simulation, compilation included [s].
     hidden_cases : int
         Random cases drawn per task for every submission.
     credit : mapping

@@ -51,8 +51,13 @@ def honest(file: str = TARGET) -> str:
 
 
 def public_sizes() -> list[int]:
-    """How many public cases tasks have; another number of samples is a private stage."""
+    """How many public cases tasks have; another number of samples is a later stage."""
     return sorted({len(reference.cases("cloth", name)[1][0]) for name in TASKS})
+
+
+def first_hidden(task: str) -> float:
+    """The first number of a task's hidden cases, by which an attack knows them."""
+    return float(next(iter(_stage(tasks.assignment("cloth"), task, SEED).inputs.values())).flat[0])
 
 
 Files = Mapping[str, "str | bytes"]
@@ -78,12 +83,12 @@ def _session_folder():
 
 @pytest.fixture(autouse=True)
 def _apart(monkeypatch, _session_folder, request):
-    """A cache and a temporary folder of our own; private stages drawn once; no simulation unless asked for."""
+    """A cache and a temporary folder of our own; hidden cases drawn once; no simulation unless asked for."""
     monkeypatch.setenv("XDG_CACHE_HOME", str(_session_folder / "cache"))
     (_session_folder / "tmp").mkdir(exist_ok=True)
     os.chmod(_session_folder / "tmp", 0o711)
     monkeypatch.setattr(tempfile, "tempdir", str(_session_folder / "tmp"))
-    monkeypatch.setattr(checks, "private", _stage)
+    monkeypatch.setattr(checks, "hidden", _stage)
     if "with_simulation" not in request.keywords:
         monkeypatch.setattr(simulating, "reference", lambda assignment: None)
 
@@ -94,10 +99,10 @@ def _stage(table, task, seed, folder=None):
 
 @functools.cache
 def _cached_stage(name, task, seed, folder):
-    return _private(tasks.assignment(name), task, seed, folder)
+    return _drawn(tasks.assignment(name), task, seed, folder)
 
 
-_private = checks.private
+_drawn = checks.hidden
 
 
 @functools.cache
@@ -166,7 +171,7 @@ class Attack:
         before = self._traces()
         record = self.grade(pack(folder) if pack else folder, level=level, deadline=deadline)
         after = self._traces()
-        assert after == before, "something is left behind"
+        assert after == before, f"something is left behind: {before} {after}"
         expected = self._of_honest({**beside, **instead_of}, level)
         assert record.score <= expected.score
         valid(record)
@@ -282,7 +287,7 @@ def hidden_numbers() -> np.ndarray:
     """Inputs and answers of the hidden cases, but no small integers and simple fractions."""
     table = tasks.assignment("cloth")
     stages = [_stage(table, task, SEED) for task in TASKS]
-    arrays = [a for stage in stages for a in (*stage.expected, *stage.hidden.values()) if a.dtype.kind == "f"]
+    arrays = [a for stage in stages for a in (*stage.expected, *stage.inputs.values()) if a.dtype.kind == "f"]
     numbers = np.unique(np.abs(np.concatenate([array.ravel() for array in arrays])))
     return numbers[(numbers * 2**10 % 1 != 0) & (numbers > 0)]
 

@@ -7,12 +7,12 @@ answers.
 import json
 import socket
 import struct
-import time
 
 import pytest
 from attacking import TARGET, honest
 
 from muslin.grading import wire
+from muslin.grading.patience import Patience
 
 HOSTILE = """
 import gc, io, os, pickle, socket, struct, json, threading, numpy as np
@@ -51,6 +51,11 @@ FRAMES = {
     "a huge shape": frame({"id": 0, "arrays": [["0", "<f8", [10**7] * 9]]}),
     "a name nobody can write": frame({"id": 0, "arrays": [["\ud800", "<f8", [0]]]}),
     "half a surrogate pair": frame({"id": 0, "error": ["python", "\ud800"], "arrays": []}),
+    "too many axes": frame({"id": 0, "arrays": [["0", "<f8", [1] * 40]]}, bytes(8)),
+    "one name twice": frame({"id": 0, "arrays": [["0", "<f8", [1]]] * 2}, bytes(16)),
+    "a header nested as deep as can be read": frame(
+        {"id": 0, "arrays": [], "x": json.loads("[" * 700 + "]" * 700)}
+    ),
     "a list": frame([1, 2]),
     "a number of many digits": struct.pack("<QI", 9999, 9999) + b"9" * 9999,
     "deep lists": struct.pack("<QI", 90000, 90000) + b"[" * 90000,
@@ -75,4 +80,4 @@ def test_hostile_frames_are_refused(data):
     with ours, theirs:
         theirs.sendall(data)
         with pytest.raises(wire.Garbled):
-            wire.receive(ours, time.monotonic() + 5)
+            wire.receive(ours, Patience(5))

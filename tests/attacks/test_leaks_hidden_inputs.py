@@ -5,7 +5,7 @@ out.
 """
 
 import pytest
-from attacking import TARGET, honest, public_sizes, readable
+from attacking import SPOILED, TARGET, first_hidden, honest, readable
 
 HOSTILE = """
 import json, os, numpy as np
@@ -13,7 +13,7 @@ from muslin import batch
 real = batch.evaluate
 
 def leaking(function, **arrays):
-    private = len(next(iter(arrays.values()))) not in PUBLIC
+    private = next(iter(arrays.values())).flat[0] in HIDDEN
     numbers = [float(v) for a in arrays.values() for v in np.ravel(a)]
     text = "LEAK " + json.dumps(numbers)
     print(text)
@@ -42,7 +42,8 @@ for folder in (".", "kernels", "/tmp", "/dev/shm", "/submission"):
 
 @pytest.mark.parametrize("raises", [False, True])
 def test_hidden_inputs_are_not_told(attack, raises):
-    hostile = HOSTILE.replace("RAISES", repr(raises)).replace("PUBLIC", repr(public_sizes()))
+    hidden = [first_hidden(task) for task in SPOILED]
+    hostile = HOSTILE.replace("RAISES", repr(raises)).replace("HIDDEN", repr(hidden))
     record = attack({TARGET: hostile + honest()})
     again = attack({TARGET: hostile + honest()})  # with what the first left in the cache
     assert "LEAK" in record["sphere_contact"].output  # the public cases, which are no secret

@@ -11,26 +11,39 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from attacking import FILES, LEVEL, SEED, TASKS, _list, _stage, honest, write
+from attacking import LEVEL, SEED, TASKS, _list, _stage, honest, write
 
-from muslin import tasks
+from muslin import reference, tasks
 from muslin.grading import sandbox
 
-#: Wrong in a way that keeps the right answer out of memory: a constant, and the inputs are used.
+#: Right on the public cases, whose answers it knows, and wrong on others in a way that keeps the right answer out of
+#: memory: a constant, and the inputs are used.
 WRONG = """
 from muslin import batch
 import numpy as np
-real = batch.evaluate
+PUBLIC
 def wrong(function, **arrays):
     from muslin.tasks import KINDS
     n = len(next(iter(arrays.values())))
-    shapes = [KINDS[value.kind] for value in function.task.results]
-    got = tuple(np.full((n, *s), 3, np.int32 if i else np.float64) for s, i in shapes)
+    answers = [np.frombuffer(bytes.fromhex(a), t).reshape(s) for a, t, s in known[function.task.name]]
+    if len(answers[0]) == n:
+        return tuple(answers)
     kept.append(arrays)
-    return got
+    shapes = [KINDS[value.kind] for value in function.task.results]
+    return tuple(np.full((n, *s), 3, np.int32 if i else np.float64) for s, i in shapes)
 kept = []
 batch.evaluate = wrong
 """
+
+
+def knowing_the_public_cases(file: str) -> str:
+    """`WRONG`, for the tasks of a file."""
+    known = {
+        name: [(a.tobytes().hex(), a.dtype.str, a.shape) for a in reference.cases("cloth", name)[1]]
+        for name, task in TASKS.items()
+        if task.file == file
+    }
+    return WRONG.replace("PUBLIC", f"known = {known!r}") + honest(file)
 
 
 def memory(pid: int) -> Iterator[np.ndarray]:
@@ -86,7 +99,7 @@ def test_memory_holds_the_inputs_and_no_answer(attack, tmp_path, monkeypatch):
     if not Path("/proc/self/mem").exists():
         pytest.skip("no /proc/PID/mem on this system")
     stages = {name: _stage(tasks.assignment("cloth"), name, SEED) for name in TASKS}
-    inputs = uncommon([a for s in stages.values() for a in s.inputs().values()])
+    inputs = uncommon([a for s in stages.values() for a in s.inputs.values()])
     public = [a for name in TASKS for a in _public(name)]
     expected = np.setdiff1d(uncommon([a for s in stages.values() for a in s.expected]), inputs)
     expected = np.setdiff1d(expected, uncommon(public))
@@ -95,12 +108,12 @@ def test_memory_holds_the_inputs_and_no_answer(attack, tmp_path, monkeypatch):
     seen, searched = set(), 0
     ask = sandbox.Worker.ask
 
-    def watched(self, request, arrays, deadline):
+    def watched(self, request, arrays, *rest):
         nonlocal searched
-        answer = ask(self, request, arrays, deadline)
+        answer = ask(self, request, arrays, *rest)
         name = request.get("task")
         if name in stages and len(next(iter(arrays.values()))) == len(
-            next(iter(stages[name].inputs().values()))
+            next(iter(stages[name].inputs.values()))
         ):
             for pid in descendants(attack.token):
                 try:
@@ -113,7 +126,7 @@ def test_memory_holds_the_inputs_and_no_answer(attack, tmp_path, monkeypatch):
         return answer
 
     monkeypatch.setattr(sandbox.Worker, "ask", watched)
-    chosen = {file: WRONG + honest(file) for file in FILES if file == "stress.py"}
+    chosen = {"stress.py": knowing_the_public_cases("stress.py")}
     record = attack.grade(write(tmp_path / "wrong", chosen), level=LEVEL, fresh=True)
     assert record.score == 0
     assert searched >= 4  # worker and nursery, for both functions
@@ -121,8 +134,6 @@ def test_memory_holds_the_inputs_and_no_answer(attack, tmp_path, monkeypatch):
 
 
 def _public(name):
-    from muslin import reference
-
     inputs, expected = reference.cases("cloth", name)
     return [*inputs.values(), *expected]
 

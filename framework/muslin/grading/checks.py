@@ -1,9 +1,9 @@
 """The layers of a task's checks, judged by the grader: form, public cases, hidden cases, properties.
 
-Two stages of questions go to a worker. `public` holds the public cases, and everything about them is told. Only
-when all of a submission's public output is in does `private` follow: hidden cases, drawn for this submission
-from its seed, with the answers worked out here, and the inputs of the properties. Of hidden cases nothing is
-told but a category.
+Three stages of questions go to a worker. The `public` cases, and everything about them is told. Then the inputs of
+the properties, drawn from the submission's seed apart from the hidden cases: they give nothing away, and what came of
+them may be told too. Only when all that a submission can show is in do the `hidden` cases follow, drawn from the same
+seed, with the answers worked out here. Of these nothing is told but a category: right, wrong, not finite, no answer.
 """
 
 from __future__ import annotations
@@ -38,38 +38,26 @@ class Outcome:
 
 
 @dataclass(frozen=True)
-class Private:
-    """The private stage of a task: hidden cases and their answers, and the inputs of the properties."""
+class Hidden:
+    """The hidden cases of a task and their answers."""
 
-    hidden: Arrays
+    inputs: Arrays
     expected: tuple[np.ndarray, ...]
-    properties: tuple[tuple[properties.Property, Arrays], ...]
-
-    def inputs(self) -> dict[str, np.ndarray]:
-        """All of it as one batch."""
-        return properties.batch(self._parts())
-
-    def split(self, results: tuple[np.ndarray, ...]) -> list[tuple[np.ndarray, ...]]:
-        """Results of `inputs`, taken apart again."""
-        return properties.apart(results, self._parts())
-
-    def _parts(self) -> list[Arrays]:
-        return [self.hidden, *(inputs for _, inputs in self.properties)]
 
 
-def _count(inputs: Arrays) -> int:
-    return len(next(iter(inputs.values())))
+#: Properties of a task, each with the inputs drawn for it.
+Drawn = Sequence[tuple[properties.Property, Arrays]]
 
 
-def private(table: Assignment, task: str, seed: str, folder: Path | None = None) -> Private:
-    """Draw the private stage of a task.
+def hidden(table: Assignment, task: str, seed: str, folder: Path | None = None) -> Hidden:
+    """Draw the hidden cases of a task.
 
     Parameters
     ----------
     table : Assignment
     task : str
     seed : str
-        What it is drawn from; the same seed gives the same bytes.
+        What they are drawn from; the same seed gives the same bytes.
     folder : Path, optional
         An instructor's hidden reference data, used besides.
 
@@ -81,13 +69,27 @@ def private(table: Assignment, task: str, seed: str, folder: Path | None = None)
     from muslin.authoring import reference_data
 
     made = reference_data.make(table.name, task, f"hidden {seed}", table.grading.hidden_cases)
-    hidden = {value.name: made[value.name] for value in table.tasks[task].arguments}
+    inputs = {value.name: made[value.name] for value in table.tasks[task].arguments}
     expected = tuple(made[f"expected_{value.name}"] for value in table.tasks[task].results)
     if folder is not None:
         more, answers = reference.cases(table.name, task, folder)
-        hidden = {name: np.concatenate([array, more[name]]) for name, array in hidden.items()}
+        inputs = {name: np.concatenate([array, more[name]]) for name, array in inputs.items()}
         expected = tuple(np.concatenate(pair) for pair in zip(expected, answers, strict=True))
-    return Private(hidden, expected, properties.draw(table.name, task, seed))
+    return Hidden(inputs, expected)
+
+
+def instructors_cases(table: Assignment, folder: Path | None) -> int:
+    """How many hidden cases per task an instructor's folder holds.
+
+    Raises
+    ------
+    MuslinError
+        If the data of a task are missing or damaged.
+    """
+    if folder is None:
+        return 0
+    counts = [len(reference.cases(table.name, task, folder)[1][0]) for task in table.tasks]
+    return counts[0]
 
 
 @dataclass
@@ -114,8 +116,9 @@ class Verdict:
         return earned if self.status in (PASSED, FAILED) else 0.0
 
     def add(self, check: Check) -> None:
-        """Take note of a check; the first that fails decides what the task is."""
+        """Take note of a check, in the order of the layers; the first that fails decides what the task is."""
         self.checks.append(check)
+        self.checks.sort(key=lambda known: LAYERS.index(known.layer))
         if check.status == FAILED and self.status == PASSED:
             self.status = FAILED
 
@@ -124,42 +127,40 @@ class Verdict:
 _STATUS = {"": PASSED, "stub": NOT_IMPLEMENTED}
 
 
-def judge_public(table: Assignment, task: Task, outcome: Outcome, notes: Sequence[str] = ()) -> Verdict:
-    """Form and public cases, with everything there is to say about them.
+def judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, notes: Sequence[str] = ()) -> None:
+    """Form and public cases, added to a verdict with everything there is to say about them.
 
     Parameters
     ----------
     table : Assignment
-    task : Task
+    verdict : Verdict
     outcome : Outcome
     notes : sequence of str
         What a reader notices in the function's text; told where an answer is wrong.
     """
-    verdict = _judged(table, task, outcome)
+    _judge_public(table, verdict, outcome)
     last = verdict.checks[-1]
     if notes and last.status == FAILED and not outcome.kind:
         verdict.checks[-1] = replace(
             last, message="\n".join([last.message, *(f"look: {note}" for note in notes)])
         )
-    return verdict
 
 
-def _judged(table: Assignment, task: Task, outcome: Outcome) -> Verdict:
-    verdict = Verdict(task, printed=outcome.printed)
+def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome) -> None:
+    task, verdict.printed = verdict.task, outcome.printed
     if outcome.kind:
         verdict.status = _STATUS.get(outcome.kind, ERROR)
         text = "not implemented yet" if outcome.kind == "stub" else outcome.text
         verdict.checks.append(Check("runs", "form", FAILED, text))
-        return verdict
+        return
     inputs, expected = reference.cases(table.name, task.name)
     fault = reference.form(task, outcome.results, expected, inputs)
     if fault is not None:
         verdict.add(_told("form", "form", fault, task, table, outcome.results, expected, inputs))
-        return verdict
+        return
     verdict.add(Check("form", "form", PASSED, "The shape, type and finiteness of the results are right."))
     compared = reference.compare(task, outcome.results, expected, inputs)
     verdict.add(_told("public cases", "public", compared, task, table, outcome.results, expected, inputs))
-    return verdict
 
 
 def _told(
@@ -186,73 +187,54 @@ def _told(
     )  # fmt: skip
 
 
-def category(kind: str) -> str:
-    """What is told of trouble on inputs that are not to be known."""
-    return {
-        "late": "It took too long on hidden inputs.",
-        "crash": "It crashed on hidden inputs.",
-        "garbled": "It answered with something that is not an array.",
-    }.get(kind, "It raised an error on hidden inputs.")
-
-
-def judge_private(verdict: Verdict, stage: Private, outcome: Outcome | None) -> None:
-    """Hidden cases and properties, added to a verdict; without an outcome they are skipped."""
-    task = verdict.task
-    names = [prop.name for prop, _ in stage.properties]
-    if outcome is None or outcome.kind:
+def judge_properties(verdict: Verdict, drawn: Drawn, outcome: Outcome | None) -> None:
+    """The properties, added to a verdict; without an outcome they are skipped."""
+    reached = outcome is not None and not outcome.kind
+    for k, (prop, inputs) in enumerate(drawn):
         if outcome is None:
             status, message = SKIPPED, "skipped: the function does not run yet."
+        elif not reached and k == 0:
+            status, message = FAILED, f"It gave no answer. {outcome.text}"
+        elif not reached:
+            status, message = SKIPPED, "skipped: it was not reached."
         else:
-            status, message = FAILED, category(outcome.kind)
-        verdict.add(Check("hidden cases", "hidden", status, message))
-        for name in names:
-            verdict.add(Check(name, "properties", SKIPPED, "skipped: it was not reached."))
-        return
-    results, *rest = stage.split(outcome.results) if _shaped(task, stage, outcome) else [()]
-    verdict.add(_hidden(verdict, stage, results))
-    for (prop, inputs), part in zip(stage.properties, rest, strict=False):
-        error = properties.judge(prop, inputs, part)
-        if error <= prop.tolerance:
-            verdict.add(Check(prop.name, "properties", PASSED, prop.statement))
-        else:
-            verdict.add(
-                Check(
-                    prop.name,
-                    "properties",
-                    FAILED,
-                    f"Does not hold{extent(error)}: {prop.statement}",
-                    cause=prop.cause,
-                )
-            )
-    if not rest:
-        for name in names:
-            verdict.add(Check(name, "properties", FAILED, "The result has another shape than before."))
+            part = properties.apart(outcome.results, [inputs for _, inputs in drawn])[k]
+            error = properties.judge(prop, inputs, part)
+            status, message = PASSED, prop.statement
+            if not error <= prop.tolerance:
+                status, message = FAILED, f"Does not hold{extent(error)}: {prop.statement}"
+        cause = prop.cause if reached and status == FAILED else ""
+        verdict.add(Check(prop.name, "properties", status, message, cause=cause))
 
 
-def _shaped(task: Task, stage: Private, outcome: Outcome) -> bool:
-    """Whether the results are of the asked shapes and types, one row per input."""
-    rows = len(next(iter(stage.inputs().values())))
-    return len(outcome.results) == len(stage.expected) and all(
-        got.shape == (rows, *right.shape[1:]) and got.dtype == right.dtype
-        for got, right in zip(outcome.results, stage.expected, strict=True)
-    )
+def judge_hidden(verdict: Verdict, cases: Hidden | None, outcome: Outcome | None) -> None:
+    """The hidden cases, added to a verdict: a category, no more."""
+    verdict.add(Check("hidden cases", "hidden", *_category(verdict, cases, outcome)))
 
 
-def _hidden(verdict: Verdict, stage: Private, results: Sequence[np.ndarray]) -> Check:
-    """The hidden cases: a category, no more."""
-    name, layer = "hidden cases", "hidden"
-    if not verdict.passed("public"):
-        return Check(name, layer, SKIPPED, "skipped: the public cases come first.")
-    if not results:
-        return Check(name, layer, FAILED, "The result has another shape than before.")
-    if not all(np.isfinite(array).all() for array in results):
-        message = "In some hidden cases the result is not finite. Can a division be by zero?"
-        return Check(name, layer, FAILED, message)
-    found = reference.compare(verdict.task, tuple(results), stage.expected, stage.hidden)
-    if found.ok:
-        return Check(name, layer, PASSED, f"{_count(stage.hidden)} hidden cases agree.")
-    message = (
+def _category(verdict: Verdict, cases: Hidden | None, outcome: Outcome | None) -> tuple[str, str]:
+    """What is told of the hidden cases: one of four words of a submission that has seen them.
+
+    Whatever keeps it from an answer is one: an error, a crash, too much time are its own choice, and each that is told
+    from the others would carry something of the inputs out.
+    """
+    if cases is None or outcome is None:
+        runs = verdict.passed("form")
+        why = "the public cases come first" if runs else "the function does not run yet"
+        return SKIPPED, f"skipped: {why}."
+    if outcome.kind:
+        return FAILED, "It gave no answer on hidden inputs: it raised an error, crashed, or took too long."
+    if not all(np.isfinite(array).all() for array in outcome.results):
+        return FAILED, "In some hidden cases the result is not finite. Can a division be by zero?"
+    if reference.compare(verdict.task, outcome.results, cases.expected, cases.inputs).ok:
+        return PASSED, f"{len(cases.expected[0])} hidden cases agree."
+    return FAILED, (
         "Wrong values in hidden cases, which are drawn like the public ones. Does the function rely on "
         "particular numbers instead of a formula?"
     )
-    return Check(name, layer, FAILED, message)
+
+
+def judge_not(verdict: Verdict, layer: str, error: Exception) -> None:
+    """Note that what a function answered could not be judged: a fault of ours, most likely."""
+    why = f"What it answered could not be judged ({type(error).__name__})."
+    verdict.add(Check("judged", layer, FAILED, f"{why} Tell whoever grades this, if it looks right to you."))

@@ -29,7 +29,7 @@ class Check:
     """One check of a task or of the simulation.
 
     `message` may hold the submission's own text: views escape it. The fields from `case` on are filled for
-    public checks only; a hidden check says no more than its category.
+    public checks only; the check of the hidden cases says one of four words.
 
     Attributes
     ----------
@@ -100,7 +100,8 @@ class TaskResult:
 class Simulation:
     """The submission's functions together, on a small cloth, beside the reference.
 
-    It earns no points of its own: a mistake is charged where it is made.
+    It earns no points of its own: a mistake is charged where it is made. It comes before the hidden cases: functions
+    take part that are right on the public ones and have their properties.
 
     Attributes
     ----------
@@ -177,7 +178,8 @@ class Record:
         Every task of the table, once, in its order.
     simulation : Simulation
     timing : dict
-        seconds: in all; tasks: by name. The only part that differs between two runs.
+        seconds: from the start until the hidden cases went out; tasks: by name, of the stages before. The only part
+        that differs between two runs.
     """
 
     assignment: Mapping[str, str]

@@ -34,6 +34,7 @@ import muslin
 from muslin import engine, paths, scratch
 from muslin.errors import MuslinError
 from muslin.grading import wire
+from muslin.grading.patience import Patience
 from muslin.grading.record import Safety
 
 LEVELS = ("namespace", "uid", "process")
@@ -43,7 +44,7 @@ LONGEST_OUTPUT = 20_000
 #: What it may say of an error [characters].
 LONGEST_TEXT = 4_000
 #: How long the nursery and a worker may take to start, on the slowest machine [s].
-STARTING = 60.0
+STARTING = 180.0
 
 #: Users of the uid level, and of namespaces made by root: nobody's, a block for each grading.
 _FIRST_USER, _LAST_USER, _USERS = 61_200, 65_000, 60
@@ -61,11 +62,15 @@ class Crashed(Exception):
 
 
 class Worker:
-    """One process with one part of a submission. Ask it; it answers with plain data and raw arrays."""
+    """One process with one part of a submission. Ask it; it answers with plain data and raw arrays.
 
-    def __init__(self, sandbox: Sandbox, covered: Sequence[Path], debug: bool, probe: str = ""):
+    It runs only while it is asked: between two questions it is stopped, so that what it has started takes no time
+    from others, and sees nothing of what they do.
+    """
+
+    def __init__(self, sandbox: Sandbox, bare: bool, debug: bool, probe: str = ""):
         self._sandbox = sandbox
-        self._wish = {"covered": [str(path) for path in covered], "debug": debug, "probe": probe}
+        self._wish = {"bare": bare, "debug": debug, "probe": probe}
         self._load: tuple[Mapping[str, Any], Mapping[str, np.ndarray]] | None = None
         self._output = bytearray()
         self._seen = 0
@@ -80,7 +85,9 @@ class Worker:
         self._reader = threading.Thread(target=self._listen, args=(reads,), daemon=True)
         self._reader.start()
         try:
-            self._nursery, self._number = self._sandbox.spawn(self._wish, theirs.fileno(), writes)
+            self._nursery, self._number, self._process = self._sandbox.spawn(
+                self._wish, theirs.fileno(), writes
+            )
         except BaseException:
             self.status = -signal.SIGKILL
             ours.close()
@@ -89,7 +96,7 @@ class Worker:
             theirs.close()
             os.close(writes)
         try:
-            self.about, _ = wire.receive(ours, time.monotonic() + STARTING)
+            self.about, _ = wire.receive(ours, Patience(STARTING), {})
         except (wire.Gone, wire.TooLate, wire.Garbled):
             why = self._nursery.last_error()
             self.close()
@@ -105,17 +112,30 @@ class Worker:
                     time.sleep(1e-3)  # a flood is drained, but not at our cost
 
     def ask(
-        self, request: Mapping[str, Any], arrays: Mapping[str, np.ndarray], deadline: float
+        self,
+        request: Mapping[str, Any],
+        arrays: Mapping[str, np.ndarray],
+        patience: Patience,
+        expected: Mapping[str, wire.Form] | None = None,
     ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """Send a request and wait for its answer.
 
         If its nursery ends, which takes all workers along, who did it cannot be said. The request is made
         once more, to a worker with a nursery of its own.
 
+        Parameters
+        ----------
+        request : dict
+        arrays : dict of ndarray
+        patience : Patience
+            What the answer may still take.
+        expected : dict of (type, shape), optional
+            The arrays that must come; without it any may.
+
         Raises
         ------
         wire.TooLate
-            If it has not come by `deadline` (of `time.monotonic`).
+            If there is no more patience.
         wire.Garbled
             If something else came.
         Crashed
@@ -126,26 +146,30 @@ class Worker:
         if request["do"] == "load":
             self._load = request, arrays
         try:
-            return self._ask(request, arrays, deadline)
+            return self._ask(request, arrays, patience, expected)
         except _Orphaned:
-            lost = time.monotonic()
+            pass
         try:
             self._begin()
-            deadline += time.monotonic() - lost
             if self._load is not None and request["do"] != "load":
-                self._ask(*self._load, deadline + STARTING)
-                deadline += time.monotonic() - lost
-            return self._ask(request, arrays, deadline)
+                self._ask(*self._load, Patience(STARTING), {})
+            return self._ask(request, arrays, patience, expected)
         except (_Orphaned, _NotGiven):
             raise Crashed(-signal.SIGKILL) from None
 
     def _ask(
-        self, request: Mapping[str, Any], arrays: Mapping[str, np.ndarray], deadline: float
+        self,
+        request: Mapping[str, Any],
+        arrays: Mapping[str, np.ndarray],
+        patience: Patience,
+        expected: Mapping[str, wire.Form] | None,
     ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         nonce = secrets.token_hex(8)
+        patience.watch(self._process)
+        self._signal(signal.SIGCONT)
         try:
-            wire.send(self._channel, {**request, "id": nonce}, arrays, deadline)
-            header, results = wire.receive(self._channel, deadline)
+            wire.send(self._channel, {**request, "id": nonce}, arrays, patience)
+            header, results = wire.receive(self._channel, patience, expected)
             if header.get("id") != nonce:
                 raise wire.Garbled("an answer to no question")
             return _shortened(header), results
@@ -157,6 +181,14 @@ class Worker:
         except (wire.TooLate, wire.Garbled):
             self.close()
             raise
+        finally:
+            self._signal(signal.SIGSTOP)
+
+    def _signal(self, number: int) -> None:
+        """Send it a signal, if nobody has waited for it yet: until then its number is its own."""
+        if self.status is None and not self._nursery.ended:
+            with suppress(OSError):
+                os.kill(self._process, number)
 
     def printed(self) -> str:
         """What it has printed since the last call; escapes are the views' business."""
@@ -246,7 +278,7 @@ class Sandbox:
         with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as listener:
             if sys.platform.startswith("linux"):
                 listener.bind(f"\0{name}")
-            first = Worker(self, (), False, probe=name)
+            first = Worker(self, True, False, probe=name)
             first.close()
         exposed = first.about["exposed"]
         defences = {
@@ -270,12 +302,15 @@ class Sandbox:
         self._closed = True
         self._stop()
 
-    def worker(self, covered: Sequence[Path] = (), debug: bool = False) -> Worker:
-        """Start a worker; folders `covered` are out of its sight."""
-        return Worker(self, covered, debug)
+    def worker(self, bare: bool = True, debug: bool = False) -> Worker:
+        """Start a worker; a `bare` one sees no more of Muslin than it needs to call one function."""
+        return Worker(self, bare, debug)
 
-    def spawn(self, wish: Mapping[str, Any], channel: int, printed: int) -> tuple[_Nursery, int]:
-        """Have a nursery fork a worker; all share one, until one has ended of itself."""
+    def spawn(self, wish: Mapping[str, Any], channel: int, printed: int) -> tuple[_Nursery, int, int]:
+        """Have a nursery fork a worker; all share one, until one has ended of itself.
+
+        The nursery, and the worker's number there and in the system.
+        """
         with self._lock:
             if self._closed:
                 raise _NotGiven("grading has been stopped")
@@ -290,10 +325,10 @@ class Sandbox:
             self._count += 1
             nursery, number = self._nurseries[-1], self._count
         try:
-            nursery.request({**wish, "spawn": number}, (channel, printed))
+            answer = nursery.request({**wish, "spawn": number}, (channel, printed))
         except (OSError, ValueError) as error:
             raise _NotGiven(f"no worker could be started ({error})") from None
-        return nursery, number
+        return nursery, number, int(answer["spawned"])
 
     def _stop(self) -> None:
         for nursery in self._nurseries:

@@ -53,6 +53,7 @@ def nursery(control_number: int) -> None:
             own_users = isolation.enclose(config["view"], config["hidden"], config["scratch"])
         sys.path += [path for path in config["libraries"] if path not in sys.path]
         _import_everything()
+        spare = _spare()
         control.sendall(b'{"ready": true}\n')
         while True:
             if config["level"] != "namespace":
@@ -62,8 +63,9 @@ def nursery(control_number: int) -> None:
                 break
             request = json.loads(data)
             if "spawn" in request:
-                workers[request["spawn"]] = _spawn(request, config, descriptors, taken, own_users)
-                control.sendall(b'{"spawned": true}\n')
+                request["covered"] = spare if request["bare"] else []
+                child = workers[request["spawn"]] = _spawn(request, config, descriptors, taken, own_users)
+                control.sendall(json.dumps({"spawned": child.pid}).encode() + b"\n")
             else:
                 child = workers.pop(request["end"])
                 status = _end(child, config["level"], [other.pid for other in workers.values()])
@@ -158,7 +160,27 @@ def _import_everything() -> None:
     import muslin.batch
     import muslin.given
     import muslin.grading.wire
+    import muslin.reading
     import muslin.tasks  # noqa: F401
+
+
+def _spare() -> list[str]:
+    """All of Muslin's package that has not been imported here.
+
+    A worker that is to call one function needs none of it, and much of it computes what a task asks for.
+    """
+    import muslin
+
+    known = [module for name, module in sys.modules.items() if name.partition(".")[0] == "muslin"]
+    needed = {os.path.realpath(module.__file__) for module in known if module.__file__}
+    spare, folders = [], [os.path.dirname(os.path.realpath(muslin.__file__))]
+    while folders:
+        for entry in os.scandir(folders.pop()):
+            if entry.is_dir() and any(path.startswith(f"{entry.path}/") for path in needed):
+                folders.append(entry.path)
+            elif entry.path not in needed:
+                spare.append(entry.path)
+    return spare
 
 
 def _worker(
@@ -190,9 +212,21 @@ def _worker(
         about["holds"] = probe.measure(channel, home, listener)
         about["user"] = os.getuid()
         about["exposed"] = [path for path in config["hidden"] if _can_read(path)]
+    if request["bare"]:
+        sys.meta_path.insert(0, _NotHere)
     bounded = config["filters"]
     config.clear()
     serve(channel, Path(home), bool(request.get("debug")), about, bounded)
+
+
+class _NotHere:
+    """Says of what a bare worker does not see that it is not there, instead of how it is hidden."""
+
+    @staticmethod
+    def find_spec(name: str, *_: Any) -> None:
+        if name.startswith("muslin."):
+            told = f"{name} is not there where a function is graded: take the import out"
+            raise ModuleNotFoundError(told, name=name)
 
 
 def _can_read(path: str) -> bool:
