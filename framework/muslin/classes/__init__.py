@@ -1,6 +1,7 @@
 """A whole class: a folder of submissions in, grades and one page about all of them out.
 
 - `finding`     which student handed in what, in the layouts of Canvas, Moodle, Gradescope, GitHub and plain folders
+- `layouts`     what names in a platform's download say
 - `work`        one submission graded in a process of its own, here or on another machine
 - `engines`     where those processes run: this machine's cores, or a Dask cluster
 - `ledger`      results on disk, so that no interruption costs or repeats one

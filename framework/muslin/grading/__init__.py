@@ -1,6 +1,7 @@
 """Grading: submission -> (sandboxed worker) outputs -> comparison -> diagnosis -> record -> report.
 
-- `submission`  a folder, zip or tar becomes the task files, and nothing else
+- `submission`  a folder, zip or tar becomes the task files, and nothing else: `unpacking` reads it in a process
+  of its own, `choosing` says which of its files are meant
 - `sandbox`     the worker process and what keeps it in (`isolation`, `worker`, `wire`)
 - `checks`      the layers of a task: form, public cases, hidden cases, `properties`
 - `simulating`  all functions together on a small cloth, and the `laws` they must obey
