@@ -8,7 +8,7 @@ import pytest
 
 import muslin
 from muslin import reference, tasks
-from muslin.grading import checks
+from muslin.grading import checks, properties
 from muslin.grading.record import FAILED
 from muslin.student import checking
 
@@ -37,12 +37,13 @@ def judged(folder, chosen, seed="a seed of the grader"):
     reports = {r.task: r for r in checking.examine(folder, "cloth", tuple(chosen))}
     functions = muslin.load(folder)
     for name, variant in chosen.items():
-        task, stage = TABLE.tasks[name], checks.private(TABLE, name, seed)
-        verdict = checks.judge_public(
-            TABLE, task, outcome(functions[name], reference.cases("cloth", name)[0])
-        )
-        if verdict.checks[-1].status != FAILED:
-            checks.judge_private(verdict, stage, outcome(functions[name], stage.inputs()))
+        verdict = checks.Verdict(TABLE.tasks[name])
+        public = outcome(functions[name], reference.cases("cloth", name)[0])
+        checks.judge_public(TABLE, verdict, public)
+        drawn = properties.draw("cloth", name, seed)
+        if drawn and verdict.checks[-1].status != FAILED:
+            inputs = properties.batch([inputs for _, inputs in drawn])
+            checks.judge_properties(verdict, drawn, outcome(functions[name], inputs))
         yield variant, reports[name], {check.layer for check in verdict.checks if check.status == FAILED}
 
 
