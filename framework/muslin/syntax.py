@@ -130,8 +130,8 @@ MESSAGES: tuple[tuple[str, str], ...] = (
         "The lines of a block begin exactly one below the other; this one begins in another column.",
     ),
     (r"unmatched|does not match", "Count the brackets: each ( and [ is closed by its own ) and ]."),
-    (r"unterminated triple|EOF while", 'Three quotation marks """ are opened here and never closed.'),
-    (r"unterminated string|EOL while", "A quotation mark is opened here and not closed in this line."),
+    (r"unterminated (f-)?triple|EOF while", 'Three quotation marks """ are opened here and never closed.'),
+    (r"unterminated (f-)?string|EOL while", "A quotation mark is opened here and not closed in this line."),
     (r"expected an indented block", "What belongs to the line above stands four spaces further right."),
     (r"inconsistent use of tabs", "Indent with spaces only, four for each level."),
     (r"outside function", "This line stands outside of every function: indent it by four spaces."),
@@ -276,7 +276,7 @@ def _advice(message: str, row: str, before: list[str]) -> str:
             found = re.search(pattern, ends.lstrip() if pattern.startswith(r"\\[ ") else code)
             if found is not None:
                 return _filled(words, found)
-    elif "unterminated string" in message and re.search(r"[\w)\]]'", row):
+    elif re.search(r"unterminated (f-)?string", message) and re.search(r"[\w)\]]'", row):
         return "The transpose is A.transpose()."
     for pattern, words in MESSAGES:
         if re.search(pattern, message):

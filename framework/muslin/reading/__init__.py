@@ -8,6 +8,7 @@ Taichi is not Python (`traps`), habits of other languages and of the keyboard (`
 from __future__ import annotations
 
 import ast
+import functools
 import inspect
 import linecache
 from collections.abc import Callable
@@ -39,7 +40,7 @@ def notes(text: str, name: str, asked: tuple[str, ...] = ()) -> list[Note]:
         Names of the results it must return, where that is known.
     """
     try:
-        source = Source(text)
+        source = _source(text)
     except MuslinError:
         return []
     functions = {key: function.node for key, function in source.functions.items()}
@@ -76,6 +77,11 @@ def of(function: Callable[..., Any]) -> list[Note]:
         return []
 
 
+@functools.lru_cache(maxsize=16)  # a file is read once for each of its functions
+def _source(text: str) -> Source:
+    return Source(text)
+
+
 def _text(function: Callable[..., Any]) -> str:
     return "".join(linecache.getlines(inspect.unwrap(function).__code__.co_filename))
 
@@ -94,7 +100,7 @@ def returned(function: Callable[..., Any]) -> tuple[int, str] | None:
     """Line and text of the last return of a function that has been loaded."""
     code = inspect.unwrap(function).__code__
     try:
-        source = Source(_text(function))
+        source = _source(_text(function))
     except MuslinError:
         return None
     if code.co_name not in source.functions:
@@ -108,7 +114,7 @@ def returned(function: Callable[..., Any]) -> tuple[int, str] | None:
 
 def born(function: Callable[..., Any], which: int) -> ast.stmt | None:
     """The statement in which a result is born as a plain number, if it is a variable and that can be seen."""
-    source = Source(_text(function))
+    source = _source(_text(function))
     name = inspect.unwrap(function).__code__.co_name
     if name not in source.functions:
         return None

@@ -7,12 +7,12 @@ import re
 from collections.abc import Callable, Iterator
 
 from muslin.reading import vocabulary
-from muslin.reading.page import Note, Page, assignments, is_taichi, name_of, shown
+from muslin.reading.page import Note, Page, assignments, is_taichi, name_of, nodes, shown
 from muslin.syntax import CONTINUED
 
 
 def _power(page: Page) -> Iterator[Note]:
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.BitXor):
             plain = isinstance(node.left, (ast.Name, ast.Subscript, ast.Constant))
             short = f"{shown(node.left)} ** {shown(node.right)}" if plain else "** for ^"
@@ -31,7 +31,7 @@ def _called(page: Page) -> Iterator[Note]:
         for name in target.elts
         if isinstance(name, ast.Name)
     }
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if not isinstance(node, ast.Call):
             continue
         called, inside = node.func, ", ".join(shown(argument) for argument in node.args)
@@ -50,7 +50,7 @@ def _called(page: Page) -> Iterator[Note]:
 
 def _thrown_away(page: Page) -> Iterator[Note]:
     """Statements that compute something and do nothing with it."""
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if not isinstance(node, ast.Expr):
             continue
         value = node.value
@@ -93,7 +93,7 @@ STOPS = {"breakpoint", "input", "exit", "quit", "set_trace", "post_mortem", "emb
 
 
 def _debugging(page: Page) -> Iterator[Note]:
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if isinstance(node, ast.Call):
             called = node.func
             name = called.attr if isinstance(called, ast.Attribute) else name_of(called)
@@ -113,7 +113,7 @@ def _results(page: Page) -> Iterator[Note]:
     if not asked:
         return
     want = f"{_count(len(asked))} asked ({', '.join(asked)})"
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if not isinstance(node, ast.Return):
             continue
         value = node.value
@@ -199,11 +199,11 @@ NOT_COMPILED: dict[type[ast.AST], str] = {
 def _not_compiled(page: Page) -> Iterator[Note]:
     printed = {
         inner
-        for node in ast.walk(page.node)
+        for node in nodes(page.node)
         if isinstance(node, ast.Assert) or (isinstance(node, ast.Call) and name_of(node.func) == "print")
         for inner in ast.walk(node)
     }  # strings there do compile
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if isinstance(node, ast.Compare):
             for operator in node.ops:
                 if type(operator) in NOT_COMPILED:

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from typing import Any
 
 from muslin.reading import vocabulary
-from muslin.reading.page import Note, Page, is_taichi, name_of
+from muslin.reading.page import Note, Page, is_taichi, name_of, nodes
 from muslin.reading.vocabulary import GREEK, INSTEAD
 
 #: What Muslin gives for students to import.
@@ -18,7 +18,7 @@ GIVEN = ("diag", "svd", "dsvd", "split", "tangents")
 
 
 def _numpy(page: Page) -> Iterator[Note]:
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         called = node.func if isinstance(node, ast.Call) else None
         if called is None or not page.foreign(name_of(called)):
             continue
@@ -30,7 +30,7 @@ def _numpy(page: Page) -> Iterator[Note]:
 
 def _missing(page: Page) -> Iterator[Note]:
     """Names that a module, or a vector or matrix, does not have."""
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if not isinstance(node, ast.Attribute):
             continue
         base = _module(page, node.value)

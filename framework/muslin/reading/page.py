@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import functools
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -74,6 +75,12 @@ class Page:
         return name not in self.arguments and origin.split(".")[0] in ("np", "numpy", "math", "scipy")
 
 
+@functools.lru_cache(maxsize=64)
+def nodes(node: ast.AST) -> tuple[ast.AST, ...]:
+    """A node and all below it: walked once, since every notice looks at them all."""
+    return tuple(ast.walk(node))
+
+
 def sentence(words: str, code: str) -> str:
     """Words with a capital in front, unless they begin with a name that stands in the code."""
     first = re.match(r"[\w.]+", words)
@@ -95,7 +102,7 @@ def shorter(code: str) -> str:
 
 def assignments(node: ast.AST) -> Iterator[tuple[ast.stmt, ast.expr, ast.expr]]:
     """Statements that give something a value: (statement, target, value)."""
-    for statement in ast.walk(node):
+    for statement in nodes(node):
         if isinstance(statement, ast.Assign):
             for target in statement.targets:
                 yield statement, target, statement.value

@@ -9,7 +9,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Callable, Iterator
 
-from muslin.reading.page import Note, Page, assignments, is_taichi, name_of, used
+from muslin.reading.page import Note, Page, assignments, is_taichi, name_of, nodes, used
 
 
 def _whole(node: ast.expr) -> bool:
@@ -34,7 +34,7 @@ def _lists(page: Page) -> Iterator[Note]:
         for statement, target, value in assignments(page.node)
         if isinstance(target, ast.Name) and isinstance(value, (ast.List, ast.ListComp))
     }
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         sides = [node.left, node.right] if isinstance(node, ast.BinOp) else []
         sides += [node.value] if isinstance(node, ast.Return) and node.value and len(page.asked) < 2 else []
         sides += (
@@ -68,7 +68,7 @@ def _whole_numbers(page: Page) -> Iterator[Note]:
 
 
 def _integer_division(page: Page) -> Iterator[Note]:
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.FloorDiv):
             yield page.note(node, "// cuts off the fraction (1 // 2 is 0); write /.", compiles=True)
         elif isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "int":
@@ -80,7 +80,7 @@ def _integer_division(page: Page) -> Iterator[Note]:
 
 
 def _single_precision(page: Page) -> Iterator[Note]:
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if isinstance(node, ast.Attribute) and node.attr in ("f32", "f16", "float32", "float16"):
             yield page.note(
                 node,
@@ -90,7 +90,7 @@ def _single_precision(page: Page) -> Iterator[Note]:
 
 
 def _returns(page: Page) -> Iterator[Note]:
-    for branch in ast.walk(page.node):
+    for branch in nodes(page.node):
         if isinstance(branch, (ast.If, ast.For, ast.While)):
             if isinstance(branch, ast.If) and is_taichi(branch.test, "static"):
                 continue
@@ -106,7 +106,7 @@ def _returns(page: Page) -> Iterator[Note]:
 
 
 def _undecorated(page: Page) -> Iterator[Note]:
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Name):
             helper = page.functions.get(node.func.id)
             if helper is not None and not helper.decorator_list:
@@ -128,14 +128,14 @@ def _changed_arguments(page: Page) -> Iterator[Note]:
 
 
 def _recursion(page: Page) -> Iterator[Note]:
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         called = node.func.id if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) else ""
         if page.node.name in used(page.functions, called):
             yield page.note(node, f"{page.node.name} calls itself, and Taichi cannot; write a loop.")
 
 
 def _loops(page: Page) -> Iterator[Note]:
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if not isinstance(node, ast.For):
             continue
         over = node.iter
@@ -155,7 +155,7 @@ def _loops(page: Page) -> Iterator[Note]:
 
 
 def _double_index(page: Page) -> Iterator[Note]:
-    for node in ast.walk(page.node):
+    for node in nodes(page.node):
         if isinstance(node, ast.Subscript) and isinstance(node.value, ast.Subscript):
             yield page.note(node, "an entry of a matrix is A[i, j], a row A[i, :].")
 
