@@ -202,12 +202,8 @@ class Attack:
             "files": [f"{d}/{n}" for d in shared if os.path.isdir(d) for n in _list(d) if self.token in n],
             "descriptors": len(_list("/proc/self/fd")),
             "sockets": _count("/proc/net/unix", self.token),
-            "mounts": len(Path("/proc/self/mounts").read_text().splitlines()) if _proc() else 0,
+            "mounts": _count("/proc/self/mounts", "muslin"),
         }
-
-
-def _proc() -> bool:
-    return os.path.isdir("/proc/self")
 
 
 def _list(folder: str) -> list[str]:

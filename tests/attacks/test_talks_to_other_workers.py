@@ -15,6 +15,7 @@ import ctypes, errno, fcntl, mmap, os, struct
 libc = ctypes.CDLL(None, use_errno=True)
 libc.mmap.restype = ctypes.c_void_p
 open_ways, other = [], os.getppid() or 2
+open("mine", "w").close()
 library = os.open(os.__file__, os.O_RDONLY)
 page = ctypes.c_void_p(libc.mmap(None, ctypes.c_size_t(4096), 1, 1, library, ctypes.c_long(0)))
 def way(name, *call):
@@ -31,6 +32,8 @@ for name, how in (
     ("advice", lambda: os.posix_fadvise(library, 0, 4096, 4)),
     ("attribute", lambda: os.setxattr(library, "told", b"1")),
     ("times", lambda: os.utime(library, ns=(os.fstat(library).st_atime_ns, os.fstat(library).st_mtime_ns))),
+    ("emptying by its name", lambda: os.truncate(os.__file__ + ".not there", 0)),
+    ("emptying what may only be read", lambda: os.open("mine", os.O_RDONLY | os.O_TRUNC)),
     ("read ahead at once", lambda: os.preadv(library, [bytearray(8)], 0, 8)),
 ):
     try:

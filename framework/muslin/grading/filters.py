@@ -27,7 +27,7 @@ from muslin.grading.isolation import call, outermost
 #: flock, inotify_*, fanotify_*, mincore, fadvise  files that others read too would carry messages to them
 #: shm*, sem*, msg*, mq_*, add_key, keyctl         memory, queues and keys that are shared, and outlive us
 #: memfd_*, splice, tee, vmsplice                  memory that no limit counts
-#: chmod, chown, utime*, *xattr, link, mknod       what landlock does not look at
+#: chmod, chown, utime*, *xattr, link, truncate    what landlock, or its first versions, do not look at
 #: mount, unshare, setns, chroot, open_by_handle   other file systems, and rights inside a user space
 #: bpf, perf_event_open, userfaultfd, io_*         doors into the kernel
 #: =============================================  ================================================================
@@ -36,12 +36,12 @@ _ALLOWED = {
     "mmap": 9, "mprotect": 10, "munmap": 11, "brk": 12, "mremap": 25, "msync": 26, "madvise": 28, "mbind": 237,
     # files
     "read": 0, "write": 1, "pread64": 17, "pwrite64": 18, "readv": 19, "writev": 20, "preadv": 295, "pwritev": 296,
-    "open": 2, "openat": 257, "close": 3, "close_range": 436, "lseek": 8, "dup": 32, "dup2": 33, "dup3": 292,
+    "close": 3, "close_range": 436, "lseek": 8, "dup": 32, "dup2": 33, "dup3": 292,
     "stat": 4, "fstat": 5, "lstat": 6, "newfstatat": 262, "statx": 332, "statfs": 137, "fstatfs": 138,
     "access": 21, "faccessat": 269, "faccessat2": 439, "readlink": 89, "readlinkat": 267,
     "getdents": 78, "getdents64": 217, "getcwd": 79, "chdir": 80, "fchdir": 81, "umask": 95,
     "mkdir": 83, "mkdirat": 258, "rmdir": 84, "unlink": 87, "unlinkat": 263,
-    "rename": 82, "renameat": 264, "renameat2": 316, "truncate": 76, "ftruncate": 77, "fallocate": 285,
+    "rename": 82, "renameat": 264, "renameat2": 316, "ftruncate": 77, "fallocate": 285,
     "fsync": 74, "fdatasync": 75, "sendfile": 40, "copy_file_range": 326,
     "pipe": 22, "pipe2": 293, "eventfd2": 290, "poll": 7, "ppoll": 271, "select": 23, "pselect6": 270,
     "epoll_create": 213, "epoll_create1": 291, "epoll_ctl": 233, "epoll_wait": 232, "epoll_pwait": 281,
@@ -63,7 +63,7 @@ _ALLOWED = {
 
 _CLONE, _SECCOMP = 56, 317
 
-_LOAD, _JUMP_EQUAL, _JUMP_AT_LEAST, _JUMP_ANY, _RETURN = 0x20, 0x15, 0x35, 0x45, 0x06
+_LOAD, _AND, _JUMP_EQUAL, _JUMP_AT_LEAST, _JUMP_ANY, _RETURN = 0x20, 0x54, 0x15, 0x35, 0x45, 0x06
 _ALLOW, _EPERM, _ENOSYS = 0x7FFF0000, 0x00050000 | 1, 0x00050000 | 38
 _X86_64 = 0xC000003E
 #: Numbers from here on are of kernels since 2019: libraries try these and take an older call on "no such call".
@@ -97,7 +97,11 @@ def _by_argument(own: int) -> list[Step]:
     """The system calls whose arguments decide; `own` is this process."""
     thread, asynchronous, private = 0x10000, 0x2000, 128
     refused, allowed = (_RETURN, 0, 0, _EPERM), (_RETURN, 0, 0, _ALLOW)
+    empties = 0x200  # O_TRUNC: with O_RDONLY, whoever may read a file of their own would empty it
+    opened = ((_AND, 0, 0, empties | 3), (_JUMP_EQUAL, 0, 1, empties), refused, allowed)
     return [
+        *_if(2, _low(1), *opened),  # open
+        *_if(257, _low(2), *opened),  # openat
         *_if(_CLONE, _low(0), (_JUMP_ANY, 0, 1, thread), allowed, refused),  # threads, for Taichi to start
         *_if(62, *_among(0, [own])),  # kill
         *_if(234, *_among(0, [own])),  # tgkill
