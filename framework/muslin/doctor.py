@@ -1,6 +1,6 @@
 """What this computer has of what Muslin needs, line by line: `examine` finds out, `report` prints.
 
-Nothing here may fail because something is missing: Taichi runs in a process of its own, and whatever goes
+Nothing here may fail because something is missing: the engine runs in a process of its own, and whatever goes
 wrong inside a check becomes its finding.
 """
 
@@ -23,17 +23,19 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from muslin import paths, runtime
+from muslin import engine, paths, runtime
+from muslin.engine import inside
+from muslin.errors import MuslinError
 
-OLDEST, NEWEST = (3, 10), (3, 13)  # Python versions with a Taichi wheel that Muslin supports
+OLDEST, NEWEST = (3, 10), (3, 14)  # Python versions Muslin supports; an engine has a wheel for each
 GIBIBYTE = 1 << 30
-MEMORY = 2 * GIBIBYTE  # [bytes] Taichi's JIT compiler does not start with less address space
+MEMORY = 2 * GIBIBYTE  # [bytes] the engine's compiler does not start with less address space
 DISK = GIBIBYTE // 2  # [bytes] a run of a few hundred frames, its video and the kernel cache
-# Package -> module; Taichi and ffmpeg have lines of their own.
+# Package -> module; the engine and ffmpeg have lines of their own.
 PACKAGES = {n: n for n in ("numpy", "scipy", "meshio", "typer", "rich")} | {"pillow": "PIL"}
 if sys.version_info < (3, 11):
     PACKAGES["tomli"] = "tomli"
-PATIENCE = 60  # [s] for Taichi to start and run a kernel
+PATIENCE = 60  # [s] for the engine to start and run a kernel
 LIBX11 = (
     "Install it: apt-get install -y libx11-6 (Debian, Ubuntu) or dnf install -y libX11 (Fedora, RHEL);"
     " put sudo in front unless you are root."
@@ -136,7 +138,8 @@ def judge_python(version: tuple[int, ...], implementation: str, free_threaded: b
     name = f"{implementation} {'.'.join(map(str, version))}{' (free-threaded)' if free_threaded else ''}"
     ok = OLDEST <= tuple(version[:2]) <= NEWEST and implementation == "CPython" and not free_threaded
     supported = f"{'.'.join(map(str, OLDEST))} to {'.'.join(map(str, NEWEST))}"
-    reason = "is newer than any Taichi wheel" if tuple(version[:2]) > NEWEST else "has no Taichi wheel"
+    reason = "is newer than any wheel" if tuple(version[:2]) > NEWEST else "has no wheel"
+    reason += " of Taichi or Quadrants"
     return Finding(
         "Python",
         ok,
@@ -146,7 +149,7 @@ def judge_python(version: tuple[int, ...], implementation: str, free_threaded: b
 
 
 def system() -> Finding:
-    """Whether Taichi has a wheel for this operating system and processor."""
+    """Whether an engine has a wheel for this operating system and processor."""
     libc, libc_version = platform.libc_ver() if sys.platform == "linux" else ("", "")
     if not libc and any(Path("/lib").glob("ld-musl-*")):
         libc = "musl"
@@ -194,36 +197,32 @@ def judge_system(
         "Use a Linux x86-64 container, for example: docker run --platform linux/amd64 -it python:3.12-slim"
     )
     if not wide:
-        return no("Taichi has no wheel for 32-bit Python", "Install a 64-bit Python.")
+        return no("no engine has a wheel for 32-bit Python", "Install a 64-bit Python.")
     if name == "Linux":
-        if arm:
-            return no(
-                "Taichi has no wheel for Linux on ARM", f"{container} (emulated), or an x86-64 computer."
-            )
-        if not intel:
-            return no("Taichi has no wheel for this processor", "Use an x86-64 computer.")
+        if not (intel or arm):
+            return no("no engine has a wheel for this processor", "Use an x86-64 or 64-bit ARM computer.")
         if libc == "musl":
             return no(
-                "Taichi has no wheel for musl systems such as Alpine",
+                "no engine has a wheel for musl systems such as Alpine",
                 "Use a system with glibc, for example the container image python:3.12-slim.",
             )
         numbers = tuple(int(n) for n in libc_version.split(".")[:2] if n.isdigit())
         if numbers and numbers < (2, 27):
-            return no("Taichi's wheel needs glibc 2.27 or newer", "Use a Linux of 2018 or later.")
+            return no("the engines' wheels need glibc 2.27 or newer", "Use a Linux of 2018 or later.")
     elif name == "Darwin":
         if translated:
             return no(
-                "this is an Intel Python on an Apple processor, and Taichi has no wheel for Intel Macs",
+                "this is an Intel Python on an Apple processor, and no engine has a wheel for Intel Macs",
                 "Install a native arm64 Python.",
             )
         if not arm:
-            return no("Taichi has no wheel for Intel Macs", container)
+            return no("no engine has a wheel for Intel Macs", container)
     elif name == "Windows":
         if not intel:
-            return no("Taichi has no wheel for Windows on ARM", "Use a Windows x64 or Linux x86-64 computer.")
+            return no("no engine has a wheel for Windows on ARM", "Use a Windows x64 or Linux computer.")
     else:
         return no(
-            "Taichi has no wheel for this system", "Use Linux x86-64, macOS on Apple silicon or Windows x64."
+            "no engine has a wheel for this system", "Use Linux, macOS on Apple silicon or Windows x64."
         )
     return Finding("system", True, shown)
 
@@ -256,7 +255,7 @@ def hardware() -> list[Finding]:
                 "address space",
                 False,
                 f"limited to {limit / GIBIBYTE:.1f} GiB",
-                "Taichi needs 2 GiB to start: raise the limit with ulimit -v unlimited.",
+                "The engine needs 2 GiB to start: raise the limit with ulimit -v unlimited.",
             )
         )
     return found
@@ -300,12 +299,12 @@ def _address_space() -> int | None:
     return None if limit == resource.RLIM_INFINITY else limit
 
 
-# --- Taichi -------------------------------------------------------------------------------------------------
+# --- the engine ---------------------------------------------------------------------------------------------
 
 
 def x11() -> list[Finding]:
-    """Whether libX11, which Taichi's library is linked to on Linux, can be loaded."""
-    if sys.platform != "linux":
+    """Whether libX11, which Taichi's library is linked to on Linux, can be loaded; other engines do without."""
+    if sys.platform != "linux" or not _is_taichi():
         return []
     if _loads("libX11.so.6"):
         return [Finding("libX11", True, "libX11.so.6")]
@@ -314,68 +313,83 @@ def x11() -> list[Finding]:
     ]
 
 
-def taichi() -> list[Finding]:
-    """Whether Taichi imports, and compiles and runs a kernel; in another process, so that it may crash."""
+def _is_taichi() -> bool:
+    try:
+        return engine.chosen().name == "taichi"
+    except MuslinError:
+        return False
+
+
+def compiler() -> list[Finding]:
+    """Whether the engine imports, and compiles and runs a kernel; in another process, so that it may crash."""
+    try:
+        chosen = engine.chosen()
+    except MuslinError as error:
+        return [Finding("engine", False, error.message.rstrip("."), error.hint)]
     told, ending = _probe_outside()
-    found = [judge_import(told, ending)]
+    found = [judge_import(chosen, told, ending)]
     if "version" in told:
-        found.append(_judge_kernel(told, ending))
-    found.append(_kernel_cache(told.get("cache")))
+        found.append(_judge_kernel(chosen, told, ending))
+    found.append(_kernel_cache(chosen, told.get("cache")))
     return found
 
 
-def judge_import(told: dict[str, Any], ending: str) -> Finding:
-    """Judge what the other process told of `import taichi`, and how it ended."""
+def judge_import(chosen: engine.Engine, told: dict[str, Any], ending: str) -> Finding:
+    """Judge what the other process told of the import of an engine, and how it ended."""
     if "version" in told:
         detail = f"{told['version']}, imported in {told['import_s']:.1f} s"
-        return Finding("Taichi", True, detail)
+        return Finding(chosen.title, True, detail)
     reason = told.get("error", ending)
     if "libX11" in reason:
-        return Finding("Taichi", False, "cannot be imported: libX11.so.6 is missing", LIBX11)
-    if told.get("kind") == "ModuleNotFoundError" and "'taichi'" in reason:
-        advice = "Run: pip install 'taichi>=1.7.4,<1.8'; if pip finds none, see the lines Python and system."
-        return Finding("Taichi", False, "not installed", advice)
+        return Finding(chosen.title, False, "cannot be imported: libX11.so.6 is missing", LIBX11)
+    wanted = engine.requirement(chosen)
+    if not wanted:
+        return Finding(
+            chosen.title, False, f"cannot be imported: {reason}", "See the lines Python and system."
+        )
+    if told.get("kind") == "ModuleNotFoundError" and f"'{chosen.name}'" in reason:
+        return Finding(chosen.title, False, "not installed", f"Run: pip install '{wanted}'")
     return Finding(
-        "Taichi",
+        chosen.title,
         False,
         f"cannot be imported: {reason}",
-        "Install it afresh: pip install --force-reinstall --no-deps 'taichi>=1.7.4,<1.8'",
+        f"Install it again: pip install --force-reinstall --no-deps '{wanted}'",
     )
 
 
-def _judge_kernel(told: dict[str, Any], ending: str) -> Finding:
+def _judge_kernel(chosen: engine.Engine, told: dict[str, Any], ending: str) -> Finding:
     if "kernel_s" in told:
         return Finding(
-            "Taichi kernel", True, f"compiled and run in {told['kernel_s']:.1f} s, double precision"
+            f"{chosen.title} kernel", True, f"compiled and run in {told['kernel_s']:.1f} s, double precision"
         )
     return Finding(
-        "Taichi kernel",
+        f"{chosen.title} kernel",
         False,
         f"cannot be compiled and run: {told.get('error', ending)}",
-        "Check memory and limits (ulimit -a); try pip install --force-reinstall --no-deps taichi==1.7.4",
+        "Check memory and limits (ulimit -a); try pip install --force-reinstall --no-deps '"
+        f"{engine.requirement(chosen)}'",
     )
 
 
 def probe() -> None:
     """Run in the other process: print what works as lines of JSON. Compiles afresh, past the kernel cache."""
     out = os.fdopen(os.dup(1), "w")
-    os.dup2(2, 1)  # Taichi prints on the real standard output
+    os.dup2(2, 1)  # engines print on the real standard output
 
     def tell(**facts: Any) -> None:
         print(json.dumps(facts), file=out, flush=True)
 
     try:
         start = time.perf_counter()
-        import taichi as ti
-
-        version = getattr(ti, "__version__", "?")
+        ti = engine.import_quietly(engine.chosen())
+        version: Any = getattr(ti, "__version__", "?")
         version = ".".join(map(str, version)) if isinstance(version, tuple) else str(version)
         tell(version=version, import_s=time.perf_counter() - start)
-        tell(cache=str(ti.lang.impl.default_cfg().offline_cache_file_path))
+        tell(cache=inside.setting("offline_cache_file_path"))
 
         start = time.perf_counter()
         runtime.start(threads=2)
-        ti.lang.impl.current_cfg().offline_cache = False
+        inside.change("offline_cache", False)
         x = ti.field(ti.f64, shape=1000)
 
         @ti.kernel
@@ -428,9 +442,9 @@ def _ending(status: int, errors: bytes) -> str:
     return f"the process ended with status {number}" + (f" ({last[0][:200]})" if last else "")
 
 
-def _kernel_cache(told: str | None) -> Finding:
-    given = os.environ.get("TI_OFFLINE_CACHE_FILE_PATH")
-    folder = Path(given or told or paths.cache("taichi", "ticache"))
+def _kernel_cache(chosen: engine.Engine, told: str | None) -> Finding:
+    given = os.environ.get(chosen.variable("OFFLINE_CACHE_FILE_PATH"))
+    folder = Path(given or told or paths.cache(chosen.name, chosen.kernels))
     reason = _refuses(folder)
     if reason is None and paths.is_private(folder):
         return Finding(
@@ -652,7 +666,7 @@ _CHECKS: tuple[tuple[str, Callable[[], Finding | list[Finding]]], ...] = (
     ("system", system),
     ("Python packages", packages),
     ("libX11", x11),
-    ("Taichi", taichi),
+    ("engine", compiler),
     ("video encoder", video),
     ("hardware", hardware),
     ("folders", folders),

@@ -126,7 +126,7 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
     """
     ti, title = engine.load(), engine.chosen().title
     with _lock:
-        program = inside.program()
+        program = inside.program() if inside.has("the running program") else _started.get("program")
         if program is not None and program is _started.get("program"):
             if _started["process"] != os.getpid():
                 raise MuslinError(
@@ -163,7 +163,8 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
         inside.refuse_bad_indices(debug)
         inside.compile_faster()
         inside.tell_plainly()
-        _started.update(threads=threads, program=inside.program(), process=os.getpid())
+        program = inside.program() if inside.has("the running program") else object()
+        _started.update(threads=threads, program=program, process=os.getpid())
     return ti
 
 

@@ -10,7 +10,17 @@ reaches into what is not public.
 
 from typing import TYPE_CHECKING, Any
 
-from muslin.engine.choice import ENGINES, VARIABLE, Engine, chosen, imported, load, requirement, version
+from muslin.engine.choice import (
+    ENGINES,
+    VARIABLE,
+    Engine,
+    chosen,
+    import_quietly,
+    imported,
+    load,
+    requirement,
+    version,
+)
 from muslin.engine.imports import builtins_with
 
 __all__ = [
@@ -19,6 +29,7 @@ __all__ = [
     "Engine",
     "builtins_with",
     "chosen",
+    "import_quietly",
     "imported",
     "load",
     "requirement",

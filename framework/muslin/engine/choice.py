@@ -100,9 +100,9 @@ def chosen() -> Engine:
                 return engine
         raise MuslinError(f"Neither {_titles(' nor ')} is installed.", _install())
     if name not in ENGINES:
-        raise MuslinError(
-            f"There is no engine {name!r} ({VARIABLE}).", f"There is: {', '.join(ENGINES)}. {_install()}"
-        )
+        here = [engine.name for engine in ENGINES.values() if engine.installed]
+        advice = f"Installed here: {', '.join(here)}." if here else _install()
+        raise MuslinError(f"There is no engine {name!r} ({VARIABLE}): it is {' or '.join(ENGINES)}.", advice)
     engine = ENGINES[name]
     if not engine.installed:
         raise MuslinError(f"{VARIABLE} is {name}, but {engine.title} is not installed.", _install(engine))
@@ -202,7 +202,7 @@ def requirement(engine: Engine) -> str:
 
 def _install(engine: Engine | None = None) -> str:
     """What to install here: this engine, or the first that has a wheel."""
-    here = f"Python {sys.version_info.major}.{sys.version_info.minor} on {platform.system()} {platform.machine()}"
+    here = "Python {}.{} on {} {}".format(*sys.version_info[:2], platform.system(), platform.machine())
     for candidate in [engine] if engine else ENGINES.values():
         if wanted := requirement(candidate):
             return f"Run: pip install '{wanted}'"

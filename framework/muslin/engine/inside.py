@@ -40,6 +40,10 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
         "taichi": ("lang.kernel_impl:Kernel.ensure_compiled", "_lib:core.KernelLaunchContext"),
         "quadrants": ("lang.kernel:Kernel.ensure_compiled", "_lib:core.KernelLaunchContext"),
     },
+    "knowing its own functions": {
+        "taichi": ("math:clamp._is_taichi_function",),
+        "quadrants": ("math:clamp._is_quadrants_function",),
+    },
     "reading sources once": {
         "taichi": (
             "lang.kernel_impl:getsourcelines",
@@ -161,8 +165,9 @@ def has_windows() -> bool:
 
 
 def is_function(function: Any) -> bool:
-    """Whether something was decorated with `@ti.func`."""
-    return bool(getattr(function, f"_is_{load().__name__}_function", False))
+    """Whether something was decorated with `@ti.func`; with anything, if the engine does not mark its own."""
+    mark = f"_is_{load().__name__}_function" if has("knowing its own functions") else "__wrapped__"
+    return bool(getattr(function, mark, False))
 
 
 # a kernel bound to its arrays -------------------------------------------------------------------------------
