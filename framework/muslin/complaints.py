@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import inspect
 import re
+from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
@@ -180,6 +181,9 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
         stub = re.findall(r"in (\w+):", text)[-1]
         return NotImplementedYet(f"not implemented yet: {stub}, which {name} calls ({where})")
     if len(re.findall(rf"in {re.escape(name)}:", text)) > 20 or "maximum recursion depth" in text:
+        # the innermost line is wherever the stack happened to end; the commonest is that of the call
+        lines = Counter(re.findall(rf'File "{re.escape(source)}", line (\d+), in {re.escape(name)}:', text))
+        where = f"{paths.shown(source)}, line {lines.most_common(1)[0][0]}" if lines else where
         return StudentCodeError(
             f"{where}: {name} calls itself, and a Taichi function cannot.", "Write a loop."
         )

@@ -301,6 +301,11 @@ OUT_OF_RANGE = "not an index of"
 #: Where Quadrants says other words than Taichi for the same mistake.
 _OTHER_WORDS = (
     (
+        r"'QuadrantsCallable' object has no attribute '(\w+)'\. Did you mean: '\w+'",
+        r"'function' object has no attribute '\1'",
+    ),
+    (r"'QuadrantsCallable' object", "'function' object"),
+    (
         r"TypeError when calling `Expr`: 'Quadrants Expression' object is not callable\.*",
         "'Expr' object has no attribute '__name__'",
     ),
