@@ -77,7 +77,7 @@ def test_every_stub_says_that_it_is_one(monkeypatch):
 
 
 MISTAKES = {
-    "a method that does not exist": ("return v.crss(n)", ["line 7", "v.crss(n)", "no attribute 'crss'"]),
+    "a method that does not exist": ("return v.crss(n)", ["line 7", "v.crss(n)", "write v.cross()"]),
     "a Python list": ("return [v[0], v[1], v[2]]", ["returns a Python list", "ti.Vector"]),
     "a matrix instead of a vector": (
         "return v.outer_product(n)",
@@ -90,7 +90,7 @@ MISTAKES = {
     ),
     "numpy": ("return np.cross(v, n)", ["line 7", "NumPy and math do not run"]),
     "math": ("return v * math.sqrt(n[0])", ["line 7", "ti.sqrt"]),
-    "an unknown name": ("return w", ["line 7", '"w" is not defined']),
+    "an unknown name": ("return w", ["line 7", "gives w a value"]),
     "recursion": ("return filter_velocity(v, n)", ["line 7", "calls itself"]),
     "no return": ("d = v.dot(n)", ["returns nothing"]),
     "an index out of range": ("return v * n[3]", ["line 7", "3 is not an index of a vector of 3"]),

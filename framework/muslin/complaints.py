@@ -213,11 +213,14 @@ def told(name: str, where: str, snippet: str, message: str, noticed: str = "") -
     advice = noticed or next(
         (tip for pattern, tip in ADVICE if re.search(pattern, f"{code}\n{message}", re.I)), ""
     )
-    if advice and re.search(NOISE, message):
+    if (advice and re.search(NOISE, message)) or (noticed and re.search(KNOWN, message)):
         message = ""
     lines = [f"{where}: {name} does not compile.", snippet, message[:1].upper() + message[1:]]
     return "\n".join(line for line in [*lines, sentence(advice, code)] if line)
 
+
+#: What Taichi says that is said again, and better, by what is noticed in the line.
+KNOWN = r"has no attribute|is not defined|Did you mean to use|^Unsupported node"
 
 #: Words of Taichi's insides, which say nothing to anyone.
 NOISE = r"^\[\w+\.(cpp|h):|__name__|^AssertionError|^MatMult|make_matrix|^TypedConstant|inspect\._empty"

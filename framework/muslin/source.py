@@ -115,7 +115,9 @@ def decoded(data: bytes, where: str = "the file") -> str:
     """
     wide = (codecs.BOM_UTF16_LE, codecs.BOM_UTF16_BE, codecs.BOM_UTF32_BE)
     if data.startswith(wide):
-        raise StudentCodeError(f"{where} is saved as UTF-16 or UTF-32, which Python does not read.", SAVE)
+        raise StudentCodeError(
+            f"{where} is not UTF-8 text but UTF-16 or UTF-32, which Python does not read.", SAVE
+        )
     try:
         return decode_source(data)
     except UnicodeDecodeError as error:
