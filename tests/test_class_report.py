@@ -339,6 +339,8 @@ def test_the_page_is_closed_and_loads_nothing():
     for link in parsed.all("a"):
         assert re.fullmatch(r"#[a-z]+|reports/[a-z0-9-]+\.html", link["href"])
     assert all(image["src"].startswith("data:image/png;base64,") for image in parsed.all("img"))
+    assert "resembles the published solution in stress.py" in text
+    assert "&lt;b&gt;: a link" in text
     policy = parsed.all("meta")[1]["content"]
     assert policy.startswith("default-src 'none'; script-src 'sha256-")
     ids = [attributes["id"] for _, attributes in parsed.tags if "id" in attributes]

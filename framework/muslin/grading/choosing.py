@@ -121,39 +121,39 @@ def chosen(found: Found) -> Chosen:
     closed = [f"{shown(name)} cannot be opened: {why}" for name, why in sorted(found.closed.items())]
     for file in found.wanted:
         named = [entry for entry in found.entries if entry.file == file]
-        read = [entry for entry in named if entry.tier < UNREAD]
-        best = min(map(_rank, read), default=None)
-        first = [entry for entry in read if _rank(entry) == best]
-        paths = [entry.path for entry in first]
-        if not first:
-            refused[file] = _missing(file, named, closed)
-        elif len({(entry.data, entry.why) for entry in first}) > 1:
-            refused[file] = (
-                f"There are {len(first)} files {file} ({listed(paths)}). Hand in one."
-                if first[0].tier == RIGHT
-                else f"{file} is missing; {listed(paths, 'or')} may be meant. Hand in one, under this name."
-            )
-        elif first[0].why:
-            refused[file] = f"{file} {first[0].why}"
+        first = _first(named)
+        if why := _refusal(file, first, named, closed):
+            refused[file] = why
         else:
             files[file] = first[0].data
-            notes += _taken(file, first[0], [entry for entry in read if entry is not first[0]])
-    for names, what in (
-        (found.leaving, "Passed over, their paths leave the archive"),
-        (_extra(found), "Not task files, so not used"),
-        (found.unopened, "Not opened, since there are task files beside"),
-    ):
-        if names:
-            notes.append(f"{what}: {listed(names)}.")
-    notes += [f"{text}." for text in closed[:MOST_LISTED]]
-    return Chosen(
-        files, refused, notes[:MOST_NOTES], "" if any(files.values()) else _unreadable(found, refused, closed)
-    )
+            notes += _taken(file, first[0], named)
+    notes += [*_noticed(found), *(f"{text}." for text in closed[:MOST_LISTED])]
+    unreadable = "" if any(files.values()) else _unreadable(found, refused, closed)
+    return Chosen(files, refused, notes[:MOST_NOTES], unreadable)
+
+
+def _first(named: Sequence[Entry]) -> list[Entry]:
+    """Those that come before all others."""
+    read = [entry for entry in named if entry.tier < UNREAD]
+    best = min(map(_rank, read), default=None)
+    return [entry for entry in read if _rank(entry) == best]
 
 
 def _rank(entry: Entry) -> tuple[int, ...]:
     depth = len(PurePosixPath(entry.path).parts)
     return -entry.upload, entry.tier == MISTYPED, entry.level, entry.tier, depth
+
+
+def _refusal(file: str, first: Sequence[Entry], named: Sequence[Entry], closed: Sequence[str]) -> str:
+    """Why none of the files can be used; nothing if the first can."""
+    paths = [entry.path for entry in first]
+    if not first:
+        return _missing(file, named, closed)
+    if len({(entry.data, entry.why) for entry in first}) == 1:
+        return first[0].why and f"{file} {first[0].why}"
+    if first[0].tier == RIGHT:
+        return f"There are {len(first)} files {file} ({listed(paths)}). Hand in one."
+    return f"{file} is missing; {listed(paths, 'or')} may be meant. Hand in one, under this name."
 
 
 def _missing(file: str, named: Sequence[Entry], closed: Sequence[str]) -> str:
@@ -165,9 +165,10 @@ def _missing(file: str, named: Sequence[Entry], closed: Sequence[str]) -> str:
     return f"{file} is missing. Hand it in with the others, under this name."
 
 
-def _taken(file: str, taken: Entry, others: Sequence[Entry]) -> list[str]:
+def _taken(file: str, taken: Entry, named: Sequence[Entry]) -> list[str]:
     """What to say of a choice."""
     notes = []
+    others = [entry for entry in named if entry is not taken and entry.tier < UNREAD]
     if taken.tier != RIGHT:
         notes.append(f"{file} is missing; {shown(taken.path)} was graded in its place.")
     if older := [entry.path for entry in others if entry.upload < taken.upload]:
@@ -175,6 +176,16 @@ def _taken(file: str, taken: Entry, others: Sequence[Entry]) -> list[str]:
     if same := [entry.path for entry in others if entry.upload == taken.upload]:
         notes.append(f"{file} was taken from {shown(taken.path)}, not from {listed(same)}.")
     return notes
+
+
+def _noticed(found: Found) -> list[str]:
+    """What to say of the rest."""
+    said = {
+        "Passed over, their paths leave the archive": found.leaving,
+        "Not task files, so not used": _extra(found),
+        "Not opened, since there are task files beside": found.unopened,
+    }
+    return [f"{what}: {listed(names)}." for what, names in said.items() if names]
 
 
 def _extra(found: Found) -> list[str]:
