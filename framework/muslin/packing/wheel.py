@@ -14,7 +14,7 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from muslin import paths
+from muslin import __version__, paths
 from muslin.errors import MuslinError
 
 #: Never part of a wheel.
@@ -49,7 +49,7 @@ def build(folder: Path) -> Path:
         `<folder>/muslin-<version>-py3-none-any.whl`.
     """
     project = _project()["project"]
-    name = f"{project['name']}-{project['version']}"
+    name = f"{project['name']}-{__version__}"
     files = {inside: path.read_bytes() for inside, path in contents().items()}
     files |= {f"{name}.dist-info/{file}": text.encode() for file, text in _about(project).items()}
     record = [f"{inside},sha256={_digest(data)},{len(data)}" for inside, data in files.items()]
@@ -106,7 +106,7 @@ def _about(project: Mapping[str, Any]) -> dict[str, str]:
 def _metadata(project: Mapping[str, Any]) -> Iterator[str]:
     yield "Metadata-Version: 2.4"
     yield f"Name: {project['name']}"
-    yield f"Version: {project['version']}"
+    yield f"Version: {__version__}"
     yield f"Summary: {project['description']}"
     yield f"License-Expression: {project['license']}"
     yield from (f"License-File: {name}" for name in project["license-files"])
