@@ -197,7 +197,9 @@ def _read(attempt: Callable[[], _T], text: str, where: str) -> _T:
     if "\0" in text:
         line = len(lines(text[: text.index("\0") + 1]))
         _fail(
-            f"{where}, line {line}", "there is a zero byte", "The file is damaged: bring it back from a copy."
+            f"{where}, line {line}",
+            "there are null bytes in it",
+            "The file is damaged: bring it back from a copy.",
         )
     try:
         with warnings.catch_warnings():
