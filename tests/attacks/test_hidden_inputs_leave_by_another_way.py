@@ -5,9 +5,9 @@ failure it chooses. Defence: all that is shown is in before the first hidden inp
 of four words a task is told.
 """
 
-import itertools
 import json
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -96,41 +96,50 @@ def test_locks_on_files_reach_nobody_who_is_shown(attack, level):
 
 
 @pytest.mark.with_simulation
-def test_all_that_is_shown_is_in_before_hidden_inputs_go_out(attack, monkeypatch, tmp_path):
-    """Whom the grader asks what, and who lives then: nothing but hidden cases after the first of them."""
-    told, alive, numbers = [], set(), itertools.count()
+@pytest.mark.parametrize("times", [1, 2])
+def test_all_that_is_shown_is_in_before_hidden_inputs_go_out(attack, monkeypatch, tmp_path, times):
+    """What the grader asks, and who runs beside the simulation, when a submission is new and when it is known."""
+    told, alive, beside = [], set(), []
     begin, ask, close = sandbox.Worker._begin, sandbox.Worker.ask, sandbox.Worker.close
 
     def beginning(self):
         begin(self)
-        self.told = next(numbers)
-        alive.add(self.told)
+        alive.add(self)
 
     def asking(self, request, arrays, *rest):
         drawn = _stage(tasks.assignment("cloth"), request["task"], SEED) if "task" in request else None
         secret = drawn is not None and all(np.array_equal(arrays[n], a) for n, a in drawn.inputs.items())
-        told.append((self.told, "hidden" if secret else request["do"], frozenset(alive)))
+        told.append("hidden" if secret else request["do"])
+        if request["do"] == "simulate":
+            beside.extend(_state(other._process) for other in alive - {self})
         return ask(self, request, arrays, *rest)
 
     def closing(self):
         close(self)
-        alive.discard(self.told)
+        alive.discard(self)
 
     monkeypatch.setattr(sandbox.Worker, "_begin", beginning)
     monkeypatch.setattr(sandbox.Worker, "ask", asking)
     monkeypatch.setattr(sandbox.Worker, "close", closing)
-    attack.grade(write(tmp_path / "s", {name: honest(name) for name in (TARGET, BYSTANDER)}))
-    asked = [what for _, what, _ in told]
-    assert asked.count("simulate") == 1
-    assert asked.count("hidden") == sum(TASKS[name].file in (TARGET, BYSTANDER) for name in TASKS)
-    simulates = asked.index("simulate")
-    assert "hidden" not in asked[:simulates]
-    assert set(asked[simulates:]) == {"simulate", "kernels", "load", "hidden"}
-    seen = {number for number, _, _ in told[: asked.index("load", simulates)]}
-    assert len(told[simulates][2]) == 1, "another worker lived beside the simulation"
-    for number, _, others in told[asked.index("load", simulates) :]:
-        assert number not in seen, "hidden inputs went to a worker that was there before"
-        assert not others & seen
+    token = f"# {attack.token}\n"  # a submission nobody has graded yet
+    folder = write(tmp_path / "s", {name: honest(name) + token for name in (TARGET, BYSTANDER)})
+    for _ in range(times):
+        told.clear()
+        beside.clear()
+        record = attack.grade(folder)
+    assert told.count("simulate") == 1
+    assert told.count("hidden") == sum(TASKS[name].file in (TARGET, BYSTANDER) for name in TASKS)
+    simulates = told.index("simulate")
+    assert "hidden" not in told[:simulates]
+    assert set(told[simulates:]) <= {"simulate", "kernels", "load", "hidden"}
+    shared = not record.safety.defences["nothing shared between workers"]
+    assert len(beside) == (0 if shared or times == 1 else 2)
+    assert set(beside) <= {"T"}, "another worker ran beside the simulation"
+
+
+def _state(process):
+    """Whether a process runs, sleeps or is stopped: a letter of proc(5)."""
+    return Path(f"/proc/{process}/stat").read_text().rpartition(")")[2].split()[0]
 
 
 @pytest.mark.with_simulation

@@ -119,12 +119,17 @@ class Part:
         """Let a file that could not be loaded try once more."""
         self._broken = None
 
-    def keep(self) -> bool:
-        """Keep what its worker has compiled, unless that is known; whether there is something new."""
-        if self.kernels or self._worker is None:
-            return False
-        self.kernels = compiled(self._worker)
-        return bool(self.kernels)
+    def rest(self, apart: bool) -> bool:
+        """Keep what its worker has compiled, which ends it; whether that is new.
+
+        If all is known, the worker ends too, unless it is `apart` from every other: then it stays, and is stopped.
+        """
+        new = self._worker is not None and not self.kernels
+        if new and self._worker is not None:
+            self.kernels = compiled(self._worker)
+        if new or not apart:
+            self.close()
+        return new and bool(self.kernels)
 
     def close(self) -> None:
         """End its worker; the next question goes to another."""

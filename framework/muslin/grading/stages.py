@@ -1,16 +1,16 @@
 """The stages of a grading, in the order that keeps hidden inputs in.
 
 A submission can show much: what it prints, how its functions fail, where its cloth lies at the end, how long it takes.
-So all that can be shown is asked for before any hidden input goes out to any worker, and no worker that can be seen
-lives afterwards:
+So all that can be shown is asked for before any hidden input goes out to any worker, and nothing afterwards:
 
 1. `public`: everything is told.
 2. `properties`: their inputs are drawn apart from the hidden cases, so that all of it may be told.
 3. `laws`, asked of the same workers.
-4. `rest`: what they have compiled is kept, and they end.
+4. `rest`: what they have compiled is kept, and they end. Where an earlier grading has kept it, and workers are found to
+   share nothing, they are only stopped.
 5. `simulate`: all functions that are right so far. Its worker can see Muslin's own element, which computes what tasks
-   ask for; so no other lives beside it.
-6. `hidden`, in new workers. What comes of it is one of four words a task.
+   ask for; so no other runs beside it.
+6. `hidden`, when that worker has ended. What comes of it is one of four words a task.
 
 Whoever was late in a stage is asked once more, alone, before it counts.
 """
@@ -132,12 +132,12 @@ class Stages:
         return simulating.obeyed(ask, self._usable())
 
     def rest(self) -> None:
-        """Keep what the workers have compiled, for those to come and for the next grading, and end them."""
+        """Keep what the workers have compiled, for those to come and for the next grading, and end or stop them."""
+        apart = self._sandbox.safety.defences.get("nothing shared between workers", False)
 
         def of(part: Part) -> None:
-            if part.keep():
+            if part.rest(apart):
                 self._store.save(part.file, part.kernels)
-            part.close()
 
         for _ in self._pool.map(of, self._parts):
             pass
