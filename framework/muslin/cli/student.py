@@ -41,6 +41,9 @@ def start(
         bool,
         typer.Option("--notebook", help="Also make a Jupyter notebook of the handout, a cell per function."),
     ] = False,
+    install: Annotated[
+        str | None, typer.Option(help="What its first cell installs where Muslin is missing, for pip.")
+    ] = None,
 ) -> None:
     """Make a workspace: task files, handout, editor settings. Nothing is overwritten."""
     from muslin.student import workspace
@@ -51,7 +54,9 @@ def start(
     if notebook:
         from muslin.notebook import making
 
-        typer.echo(f"The notebook is {paths.shown(making.write(assignment, folder))}.")
+        typer.echo(
+            f"The notebook is {paths.shown(making.write(assignment, folder, install or making.REQUIREMENT))}."
+        )
     first = next(iter(made.table.tasks.values()))
     here = folder.resolve() == Path.cwd()
     say(f"{made.table.title}: {len(made.table.tasks)} functions, in {paths.shown(folder)}.")
