@@ -42,6 +42,11 @@ def reference(assignment: str) -> Path:
     return root() / "data" / "reference" / assignment
 
 
+def slips(assignment: str) -> Path:
+    """Folder of what slips in an assignment's formulas make of its public reference data."""
+    return root() / "data" / "slips" / assignment
+
+
 def assignment(name: str) -> Path:
     """Folder a student receives for an assignment."""
     return root() / "assignments" / name

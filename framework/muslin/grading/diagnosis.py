@@ -22,7 +22,9 @@ import numpy as np
 
 from muslin.authoring import truth as tr
 from muslin.errors import MuslinError
+from muslin.grading import slips
 from muslin.grading.mistakes import KNOWN, SAID, Case, Mistake, norm, transposed, unit
+from muslin.grading.slips import Slips
 from muslin.reference import TOLERANCE, natural_scale
 from muslin.tasks import Task
 
@@ -106,6 +108,7 @@ def _diagnose(
             scale=natural_scale(task.name, expected[k], inputs, k),
             entries=np.ones(expected[k].shape[1:], dtype=bool),
             known=KNOWN.get(task.name, ()) if assignment == "cloth" else (),
+            slips=slips.load(assignment, task.name),
         )
         if question.wrong.any():
             found = _first(question, SEARCHES)
@@ -133,6 +136,8 @@ class Question:
         Which entries of the answer are asked about.
     known : tuple of Mistake
         Mistakes known from students.
+    slips : Slips, optional
+        What one slip in a right formula makes of the public cases.
     told : dict
         Truths that have been asked for already.
     """
@@ -145,6 +150,7 @@ class Question:
     scale: np.ndarray
     entries: np.ndarray
     known: tuple[Mistake, ...]
+    slips: Slips | None = None
     told: dict[bytes, np.ndarray] = field(default_factory=dict)
 
     @property
@@ -897,6 +903,17 @@ def _known(question: Question) -> Diagnosis | None:
     return None
 
 
+def _slipped(question: Question) -> Diagnosis | None:
+    """One slip in a right formula: of those that come to the same, the plainest."""
+    wrong = question.wrong
+    if question.slips is None or len(wrong) != question.slips.prints.shape[2]:
+        return None
+    for met, words in question.slips.like(question.index, question.got, question.scale):
+        if met[wrong].sum() >= 0.9 * np.isfinite(question.seen(question.got)[wrong]).all(axis=1).sum() > 0:
+            return Diagnosis(*words)
+    return None
+
+
 def _first(
     question: Question, searches: tuple[Callable[[Question], Diagnosis | None], ...]
 ) -> Diagnosis | None:
@@ -915,6 +932,7 @@ SEARCHES = (
     _digits,
     _sized,
     _changed,
+    _slipped,
     _some,
     _factor,
 )

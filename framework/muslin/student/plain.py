@@ -121,8 +121,8 @@ def _ndrange(*sizes: int) -> Iterator[Any]:
 
 
 @contextmanager
-def _looked_at() -> Iterator[None]:
-    """Modules as the file should find them: Taichi and the given code in plain Python."""
+def looked_at() -> Iterator[dict[str, Any]]:
+    """Modules as a file should find them, Taichi and the given code in plain Python; and their names."""
     from muslin import given
 
     saved = {name: sys.modules.get(name) for name in ("taichi", "muslin.given")}
@@ -135,7 +135,7 @@ def _looked_at() -> Iterator[None]:
         exec(compile(text, str(given.__file__), "exec"), plain_given.__dict__)
         sys.modules["muslin.given"] = plain_given
         muslin.given = plain_given
-        yield
+        yield {"ti": sys.modules["taichi"], "diag": plain_given.__dict__.get("diag")}
     finally:
         del engine.ti
         muslin.given = given
@@ -167,14 +167,15 @@ def values(path: Path, name: str, arguments: dict[str, Any]) -> tuple[Any, list[
     """
     code = syntax.compiled(source.read(path), str(path), paths.shown(path))
     module = ModuleType("muslin_plain")
-    given = {key: _own(value) for key, value in arguments.items()}
-    with _looked_at():
+    given = {key: own(value) for key, value in arguments.items()}
+    with looked_at():
         exec(code, module.__dict__)
         function = getattr(module, name)
         return _traced(function, given)
 
 
-def _own(value: Any) -> Any:
+def own(value: Any) -> Any:
+    """A number, or an array of Taichi's kind."""
     if np.ndim(value):
         return matrix(value)
     return int(value) if np.asarray(value).dtype.kind == "i" else float(value)

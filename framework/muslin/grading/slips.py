@@ -1,0 +1,110 @@
+"""What one slip in a right formula makes of the public cases: data, made beforehand, with no formula in them.
+
+Of each slip one number per case and result is kept, a fixed combination of the entries of the answer (`print_of`),
+and its words. `muslin.authoring.mutations` makes them; the diagnosis compares what came with them (`Slips.like`).
+"""
+
+from __future__ import annotations
+
+import functools
+import zipfile
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from muslin import paths
+
+#: How closely a slip must be met, relative to the size of its print.
+MET = 1e-6
+
+#: Prints that differ by less are one slip.
+SAME = 1e-7
+
+
+def print_of(answers: np.ndarray) -> np.ndarray:
+    """One number for each answer, (b, ...) -> (b,): its entries, each times a weight of its own."""
+    flat = np.asarray(answers, dtype=np.float64).reshape(len(answers), -1)
+    weights = 1 + np.sqrt(np.arange(2, 2 + flat.shape[1])) % 1
+    with np.errstate(all="ignore"):
+        return np.sum(flat * weights, axis=1)
+
+
+def folder(assignment: str) -> Path:
+    """Where the slips of an assignment lie."""
+    return paths.slips(assignment)
+
+
+@dataclass(frozen=True)
+class Slips:
+    """The slips of one task.
+
+    Attributes
+    ----------
+    words : ndarray of str, (n, 3)
+        Cause, mistake and advice of each.
+    prints : ndarray, (n, results, cases)
+        What each makes of the public cases; NaN where it makes nothing finite.
+    """
+
+    words: np.ndarray
+    prints: np.ndarray
+
+    @classmethod
+    def of(cls, found: Sequence[tuple[tuple[str, str, str], list[np.ndarray]]]) -> Slips:
+        """Slips, each kept only if it comes to something none before it has come to."""
+        words, prints, seen = [], [], set()
+        for said, made in found:
+            rows = np.stack(made)
+            with np.errstate(all="ignore"):
+                key = np.array([f"{number:.5e}" for number in rows.ravel()]).tobytes()
+            if key not in seen:
+                seen.add(key)
+                words.append(said)
+                prints.append(rows)
+        return cls(np.array(words), np.array(prints, dtype=np.float32))
+
+    def save(self, path: Path) -> Path:
+        """Write to a file; the same slips are the same bytes."""
+        with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
+            for name in ("words", "prints"):
+                info = zipfile.ZipInfo(f"{name}.npy", (2000, 1, 1, 0, 0, 0))
+                info.compress_type = zipfile.ZIP_DEFLATED
+                with archive.open(info, "w") as file:
+                    np.lib.format.write_array(file, getattr(self, name), allow_pickle=False)
+        return path
+
+    def like(self, result: int, got: np.ndarray, size: np.ndarray) -> Iterator[tuple[np.ndarray, tuple[str, str, str]]]:
+        """Slips that come to what came, the plainest first, and in which cases they were compared.
+
+        Parameters
+        ----------
+        result : int
+            Which result of the task.
+        got : ndarray, (b, ...)
+            What came.
+        size : ndarray, (b,)
+            Natural scale of each case: what is far larger is taken as not finite.
+        """
+        came, made = print_of(got), self.prints[:, result].astype(np.float64)
+        with np.errstate(all="ignore"):
+            far = ~(np.abs(made) < 1e6 * size)
+            lost = ~(np.abs(came) < 1e6 * size)
+            met = np.abs(made - came) <= MET * np.abs(made) + 1e-9 * size
+        fits = np.where(far | lost, far, met)
+        told = ~(far | lost)
+        good = (fits.mean(axis=1) >= 0.9) & (told.mean(axis=1) >= 0.5)
+        for k in np.flatnonzero(good):
+            cause, mistake, advice = (str(text) for text in self.words[k])
+            yield told[k] & fits[k], (cause, mistake, advice)
+
+
+@functools.cache
+def load(assignment: str, task: str) -> Slips | None:
+    """The slips of a task; None if none were made."""
+    try:
+        with np.load(folder(assignment) / f"{task}.npz", allow_pickle=False) as data:
+            return Slips(data["words"], data["prints"])
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile):  # the diagnosis does without
+        return None
