@@ -115,7 +115,7 @@ MISTAKES = {
     ),
     "a solution with a mistake": (
         lambda: edit(Path("solutions/cloth/collision.py"), "v - d * n", "v + d * n"),
-        r"solutions/cloth/collision\.py, filter_velocity: the solution fails: worst case",
+        r"solutions/cloth/collision\.py, filter_velocity: the solution fails: wrong in case",
     ),
     "a stub that is already written": (
         lambda: shutil.copy("solutions/cloth/stress.py", "assignments/cloth/stress.py"),

@@ -27,7 +27,7 @@ TOLERANCE = 1e-9
 
 @dataclass(frozen=True)
 class Verdict:
-    """What came of one task: the worst relative `error` and the `case` it is in, if it came that far."""
+    """What came of one task: the worst relative `error`, and the `case` to look at, if it came that far."""
 
     task: str
     ok: bool
@@ -149,38 +149,51 @@ def compare(
     Returns
     -------
     Verdict
-        With a message for people: the worst case, yours, expected, the error.
+        With a message for people: the simplest wrong case, yours, expected, the error.
     """
     outputs = (got,) if isinstance(got, np.ndarray) else tuple(got)
     if (fault := form(task, outputs, expected, inputs)) is not None:
         return fault
-    worst, case, which = 0.0, 0, 0
-    for k, (output, right) in enumerate(zip(outputs, expected, strict=True)):
-        error = _size(output.astype(np.float64) - right)
-        scale = natural_scale(task.name, right, inputs, k)
-        if right.dtype.kind == "i":  # an integer is right or wrong
-            relative = np.where(error == 0, 0.0, 1.0)
-        else:
-            with np.errstate(over="ignore"):
-                relative = np.where(error == 0, 0.0, error / np.where(scale > 0, scale, np.finfo(float).tiny))
-            relative = np.nan_to_num(relative, nan=np.inf, posinf=np.inf)
-        if relative.max(initial=0.0) > worst:
-            worst, case, which = float(relative.max()), int(relative.argmax()), k
-    if worst <= tolerance:
-        count = len(expected[0])
-        return Verdict(
-            task.name, True, f"{count} cases agree; worst relative error {worst:.1e}.", worst, case
-        )
+    errors = np.stack(
+        [
+            _errors(task, k, out, right, inputs)
+            for k, (out, right) in enumerate(zip(outputs, expected, strict=True))
+        ]
+    )
+    which, worst = (int(k) for k in np.unravel_index(errors.argmax(), errors.shape))
+    error = float(errors[which, worst])
+    if error <= tolerance:
+        message = f"{len(expected[0])} cases agree; worst relative error {error:.1e}."
+        return Verdict(task.name, True, message, error, worst)
+    wrong = np.flatnonzero((errors > tolerance).any(axis=0))
+    case = min(wrong, key=lambda k: len("".join(_inputs(task, inputs, k))))  # what is shortest to read
+    which = int(errors[:, case].argmax())
     name = "" if len(expected) == 1 else f" ({task.results[which].name})"
+    head = f"wrong in case {case}{name}: relative error {errors[which, case]:.1e}"
+    if len(wrong) > 1:
+        head += f"; it is the simplest of {len(wrong)} wrong cases, the worst is case {worst}: {error:.1e}"
     message = "\n".join(
         [
-            f"worst case {case}{name}: relative error {worst:.1e}",
+            head,
             *_inputs(task, inputs, case),
             *_block("yours", np.asarray(outputs[which])[case]),
             *_block("expected", expected[which][case]),
         ]
     )
-    return Verdict(task.name, False, message, worst, case)
+    return Verdict(task.name, False, message, error, int(case))
+
+
+def _errors(
+    task: tasks.Task, which: int, output: np.ndarray, right: np.ndarray, inputs: Mapping[str, np.ndarray]
+) -> np.ndarray:
+    """Relative error of each case in one result, (b,)."""
+    error = _size(output.astype(np.float64) - right)
+    if right.dtype.kind == "i":  # an integer is right or wrong
+        return np.where(error == 0, 0.0, 1.0)
+    scale = natural_scale(task.name, right, inputs, which)
+    with np.errstate(over="ignore"):
+        relative = np.where(error == 0, 0.0, error / np.where(scale > 0, scale, np.finfo(float).tiny))
+    return np.nan_to_num(relative, nan=np.inf, posinf=np.inf)
 
 
 def form(

@@ -143,7 +143,7 @@ INVENTED: dict[str, dict[str, str]] = {
         "negative ones clamped": """
             D = ti.Matrix.cols([X1 - X0, X2 - X0])
             p = (D.transpose() @ D).inverse() @ (D.transpose() @ (X - X0))
-            return ti.max(ti.Vector([1 - p[0] - p[1], p[0], p[1]]), 0.0)
+            return ti.Vector([max(1 - p[0] - p[1], 0.0), max(p[0], 0.0), max(p[1], 0.0)])
         """,
         "X1 subtracted": """
             D = ti.Matrix.cols([X1 - X0, X2 - X0])
@@ -1168,7 +1168,8 @@ INVENTED: dict[str, dict[str, str]] = {
             if abs(s[0] - s[1]) > 1e-3:
                 flip = (p - q) / (s[0] - s[1])
             twist = (p + q) / max(s[0] + s[1], 1e-6)
-            return ti.max(ti.Vector([flip, twist, p / max(s[0], 1e-6), q / max(s[1], 1e-6)]), 0.0)
+            a, b = p / max(s[0], 1e-6), q / max(s[1], 1e-6)
+            return ti.Vector([max(flip, 0.0), max(twist, 0.0), max(a, 0.0), max(b, 0.0)])
         """,
         "s_i - 1": """
             p, q = dpsi_ds[0], dpsi_ds[1]

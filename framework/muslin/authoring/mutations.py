@@ -1,27 +1,23 @@
 """What one slip makes of a right formula: mistakes nobody wrote down, tried before students make them.
 
 `solutions/<assignment>/judge/roads.py` holds ways to write each function in the notation of the task files. One
-thing at a time is changed in their syntax trees: a sign, a factor, an index, a name, the order of a product, a
-bracket, a guard (`_edits`). Each change is run on the public cases in plain Python, and what it makes of them is
-kept as one number per case (`muslin.grading.slips`), with words. Only these data ship: they hold no formula.
+thing at a time is changed in their syntax trees (`muslin.authoring.edits`). Each change is run on the public cases
+in plain Python, and what it makes of them is kept as one number per case (`muslin.grading.slips`), with words.
+Only these data ship: they hold no formula.
 """
 
 from __future__ import annotations
 
 import ast
-import builtins
-import copy
-import itertools
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from types import ModuleType
 from typing import Any
 
 import numpy as np
 
 from muslin import paths, reference, tasks
+from muslin.authoring.edits import WORDS, Change, Edit, Reader, applied
 from muslin.errors import MuslinError
 from muslin.grading import slips
 from muslin.student import plain
@@ -29,512 +25,28 @@ from muslin.student import plain
 #: Where the roads of an assignment lie, below its folder in `solutions/`.
 ROADS = Path("judge") / "roads.py"
 
-#: Kinds of slips, the plainest first: what is said, and one next step. {place} is what a line computes.
-WORDS: Mapping[str, tuple[str, str]] = {
-    "sign": (
-        "a sign is wrong in {place}",
-        "Write {place} down once more, and look at every sign.",
-    ),
-    "transposed": (
-        "a transpose is missing in {place}, or one too many",
-        "Compare {place} with the formula: what is transposed there, and what is not?",
-    ),
-    "factors exchanged": (
-        "the factors of {of} are in the wrong order in {place}",
-        "Exchange them, and see what it changes: their order matters.",
-    ),
-    "exchanged": (
-        "{of} have changed places in {place}",
-        "Follow both through {place}, and compare with the formula.",
-    ),
-    "name": (
-        "{of} stands where another quantity belongs in {place}",
-        "Read {place} name by name, beside the formula.",
-    ),
-    "index": (
-        "an index is wrong in {place}",
-        "Read {place} index by index: Python counts from 0.",
-    ),
-    "lacks": (
-        "{of} is missing in {place}",
-        "Compare {place} with the formula, term by term and factor by factor.",
-    ),
-    "number": (
-        "a number is wrong in {place}: it looks like {of}",
-        "Derive the numbers of {place} once more.",
-    ),
-    "power": (
-        "a power is wrong in {place}",
-        "Check the unit of {place}: is everything squared that should be, and nothing else?",
-    ),
-    "length": (
-        "{of} in {place}",
-        "Check the unit of {place}: a length, a squared length, or a vector of length one?",
-    ),
-    "inverted": (
-        "something is multiplied in {place} where it should be divided, or the other way round",
-        "Check the unit of {place}.",
-    ),
-    "inverse": (
-        "an inverse is missing in {place}, or one too many",
-        "Write the equation down that {place} solves.",
-    ),
-    "entry by entry": (
-        "`*` stands for another product in {place}: it multiplies entry by entry",
-        "Matrices are multiplied with @, and vectors with dot, cross or outer_product.",
-    ),
-    "operation": (
-        "{of} in {place}",
-        "Read {place} operation by operation, beside the formula.",
-    ),
-    "brackets": (
-        "brackets are missing in {place}, or set otherwise",
-        "What is meant to be multiplied, divided or squared as a whole in {place}?",
-    ),
-    "entries": (
-        "{of} in {place}",
-        "Write down what belongs in each place of {place}, one by one.",
-    ),
-    "condition": (
-        "the condition for {place} is not the right one",
-        "Take an input on each side of it, and one exactly on it: what should happen there?",
-    ),
-    "guard": (
-        "a guard is missing, or one too many, in {place}",
-        "Ask for which inputs {place} needs to be kept from something, and for which not.",
-    ),
-    "extra": (
-        "{of} comes in once too often in {place}",
-        "Check the unit of {place}.",
-    ),
-}  # fmt: skip
+#: Cause, mistake, advice.
+Words = tuple[str, str, str]
 
 
-@dataclass(frozen=True)
-class Edit:
-    """One thing changed in a function: at which nodes, how, and what it is called."""
-
-    kind: str
-    detail: str
-    place: str
-    of: str
-    changes: Mapping[int, Callable[[Any], ast.AST]]
-
-
-# --- which edits there are ---------------------------------------------------------------------------------
-
-_FLIPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add}
-_METHODS: Mapping[str, tuple[tuple[str, str, str], ...]] = {
-    "norm": (("norm_sqr", "length", "the squared length stands for the length"),),
-    "norm_sqr": (("norm", "length", "the length stands for the squared length"),),
-    "cross": (("dot", "operation", "a dot product stands for the cross product"),),
-    "dot": (("cross", "operation", "a cross product stands for the dot product"),),
-    "outer_product": (
-        ("dot", "operation", "a dot product stands for the outer product"),
-        ("cross", "operation", "a cross product stands for the outer product"),
-    ),
-    "cols": (("rows", "entries", "vectors stand in rows where they should be columns"),),
-    "rows": (("cols", "entries", "vectors stand in columns where they should be rows"),),
-}
-
-
-def _call(node: ast.expr, method: str, *arguments: ast.expr) -> ast.Call:
-    return ast.Call(ast.Attribute(node, method, ast.Load()), list(arguments), [])
-
-
-def _number(value: float) -> ast.expr:
-    return ast.Constant(value) if value >= 0 else ast.UnaryOp(ast.USub(), ast.Constant(-value))
-
-
-def _minus(node: ast.expr) -> ast.expr:
-    return ast.UnaryOp(ast.USub(), node)
-
-
-def _operation(node: ast.BinOp, op: ast.operator) -> ast.BinOp:
-    return ast.BinOp(node.left, op, node.right)
-
-
-def _others(value: float) -> Iterator[float]:
-    """Numbers people write for another one."""
-    found = [0, 1, 2, -value, value + 1, value - 1, 2 * value, value / 2, value * value, 3, 4, 6]
-    if value and abs(value) < 0.01:
-        found = [0, *(value * 10.0**k for k in (-9, -6, -3, -2, -1, 1, 2, 3, 4, 5))]
-    if value >= 6:
-        found += [value / 4, value / 3, value * 1.5, 8, 9, 10, 12, 18, 24, 36]
-    yield from (other for other in dict.fromkeys(found) if other != value)
-
-
-class _Reader:
-    """Reads one function: its statements, what each computes, and the edits that can be made."""
-
-    def __init__(self, function: ast.FunctionDef, source: list[str], task: tasks.Task):
-        self.function, self.source = function, source
-        for number, node in enumerate(ast.walk(function)):
-            node.number = number  # type: ignore[attr-defined]
-        self.kinds = {value.name: value.kind for value in task.arguments}
-        self.arguments = list(self.kinds)
-        self.scalars = [name for name, kind in self.kinds.items() if kind == "scalar"]
-        self.said: dict[str, str] = {}  # local name -> what it is
-        for node in ast.walk(function):
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
-                self.said.setdefault(node.targets[0].id, self.place(node))
-
-    def place(self, statement: ast.stmt) -> str:
-        line = self.source[(statement.end_lineno or statement.lineno) - 1]
-        return line.partition("#")[2].strip() or "the formula"
-
-    def told(self, node: ast.AST) -> str:
-        """An operand in words that give no formula away."""
-        if isinstance(node, ast.Name):
-            return node.id if node.id in self.kinds else self.said.get(node.id, "a quantity")
-        if isinstance(node, ast.Constant):
-            return f"the number {node.value}"
-        names = sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)} & set(self.kinds))
-        if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div) and not names:
-            return "a number"
-        if names:
-            return f"the part with {' and '.join(names)}"
-        locals_ = [self.said[n.id] for n in ast.walk(node) if isinstance(n, ast.Name) and n.id in self.said]
-        return f"the part with {locals_[0]}" if locals_ else "a part"
-
-    def edits(self) -> list[Edit]:
-        singles = [edit for edit in self._statements(self.function.body) if edit.changes]
-        return [*singles, *self._together(singles), *self._swaps()]
-
-    def _statements(self, body: Sequence[ast.stmt]) -> Iterator[Edit]:
-        for statement in body:
-            place = self.place(statement)
-            if isinstance(statement, ast.If):
-                yield from self._condition(statement)
-                yield from self._statements(statement.body)
-                yield from self._statements(statement.orelse)
-            elif isinstance(statement, (ast.Assign, ast.Return)) and statement.value is not None:
-                for node in ast.walk(statement.value):
-                    for kind, detail, of, change in self._node(node):
-                        yield Edit(kind, detail, place, of, {node.number: change})  # type: ignore[attr-defined]
-                yield from self._whole(statement, place)
-
-    def _whole(self, statement: Any, place: str) -> Iterator[Edit]:
-        """Edits of all that a line computes."""
-        number = statement.value.number
-        if isinstance(statement.value, ast.Tuple):
-            return
-        yield Edit("sign", "whole line", place, "", {number: _minus})
-        for factor in (2, 0.5):
-            of = "a factor of 2" if factor == 2 else "a factor of 1/2"
-            yield Edit("extra", f"times {factor}", place, of,
-                       {number: lambda n, f=factor: ast.BinOp(n, ast.Mult(), _number(f))})  # fmt: skip
-        for name in self.scalars:
-            for op, words in ((ast.Mult(), name), (ast.Div(), f"1/{name}")):
-                yield Edit("extra", f"{type(op).__name__} {name}", place, words,
-                           {number: lambda n, o=op, m=name: ast.BinOp(n, o, ast.Name(m, ast.Load()))})  # fmt: skip
-        for method, kind, of in (
-            ("normalized", "length", "a vector has been made of length one"),
-            ("transpose", "transposed", ""),
-        ):
-            yield Edit(kind, method, place, of, {number: lambda n, m=method: _call(n, m)})
-
-    def _condition(self, statement: ast.If) -> Iterator[Edit]:
-        place = self.place(statement.body[0])
-        number = statement.test.number  # type: ignore[attr-defined]
-        for value in (True, False):
-            yield Edit("condition", str(value), place, "", {number: lambda n, v=value: ast.Constant(v)})
-        if not isinstance(statement.test, ast.Compare):
-            return
-        turned: dict[type, list[ast.cmpop]] = {
-            ast.Gt: [ast.Lt(), ast.GtE()], ast.Lt: [ast.Gt(), ast.LtE()], ast.Eq: [ast.NotEq()],
-        }  # fmt: skip
-        for op in turned.get(type(statement.test.ops[0]), []):
-            yield Edit("condition", type(op).__name__, place, "",
-                       {number: lambda n, o=op: ast.Compare(n.left, [o], n.comparators)})  # fmt: skip
-        for node in ast.walk(statement.test):
-            for kind, detail, of, change in self._node(node):
-                kind = "condition" if kind in ("number", "sign", "lacks", "index", "name") else kind
-                yield Edit(kind, detail, place, of, {node.number: change})  # type: ignore[attr-defined]
-
-    def _node(self, node: ast.AST) -> Iterator[tuple[str, str, str, Callable[[Any], ast.AST]]]:
-        """Edits of one node: (kind, what makes two edits the same, of what, change)."""
-        if isinstance(node, ast.BinOp):
-            yield from self._binary(node)
-        elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            yield "sign", "minus dropped", "", lambda n: n.operand
-        elif isinstance(node, ast.Constant) and type(node.value) in (int, float):
-            for other in _others(float(node.value)):
-                yield "number", f"{node.value}->{other}", f"{other:g}", lambda n, o=other: _number(o)
-        elif isinstance(node, ast.Subscript):
-            yield from self._subscript(node)
-        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Load):
-            same = [n for n in self.arguments if self.kinds[n] == self.kinds.get(node.id, self.kinds[n])]
-            for other in [*same, *self.said]:
-                if other != node.id:
-                    of = other if other in self.kinds else self.said[other]
-                    yield "name", f"{node.id}->{other}", of, lambda n, o=other: ast.Name(o, ast.Load())
-            if self.kinds.get(node.id) == "mat3":
-                yield "transposed", node.id, "", lambda n: _call(n, "transpose")
-                yield "inverse", node.id, "", lambda n: _call(n, "inverse")
-            yield "power", f"{node.id} squared", "", lambda n: ast.BinOp(n, ast.Pow(), ast.Constant(2))
-            yield "length", f"{node.id} of length one", "a vector has been made of length one", (
-                lambda n: _call(n, "normalized")
-            )
-        elif isinstance(node, (ast.List, ast.Tuple)) and len(node.elts) > 1:
-            yield from self._listed(node)
-        elif isinstance(node, ast.Call):
-            yield from self._called(node)
-
-    def _binary(self, node: ast.BinOp) -> Iterator[tuple[str, str, str, Callable[[Any], ast.AST]]]:
-        op, left, right = node.op, self.told(node.left), self.told(node.right)
-        key = f"{ast.unparse(node.left)} | {ast.unparse(node.right)}"
-        if isinstance(op, (ast.Add, ast.Sub)):
-            yield "sign", "second", "", lambda n: _operation(n, _FLIPPED[type(n.op)]())
-            yield "sign", "first", "", lambda n: ast.BinOp(_minus(n.left), n.op, n.right)
-            yield "lacks", f"right {key}", right, lambda n: n.left
-            yield "lacks", f"left {key}", left, (
-                (lambda n: n.right) if isinstance(op, ast.Add) else (lambda n: _minus(n.right))
-            )
-            yield "extra", f"twice {right}", right, (
-                lambda n: ast.BinOp(n.left, n.op, ast.BinOp(ast.Constant(2), ast.Mult(), n.right))
-            )
-            yield "extra", f"twice {left}", left, (
-                lambda n: ast.BinOp(ast.BinOp(ast.Constant(2), ast.Mult(), n.left), n.op, n.right)
-            )
-            yield "operation", "product of terms", "terms are multiplied that should be added", (
-                lambda n: _operation(n, ast.Mult())
-            )
-            if isinstance(node.left, ast.BinOp) and isinstance(node.left.op, ast.Pow):
-                yield "brackets", "square of the sum", "", _square_outside
-        elif isinstance(op, (ast.Mult, ast.MatMult)):
-            yield "lacks", f"right {key}", f"the factor {right}", lambda n: n.left
-            yield "lacks", f"left {key}", f"the factor {left}", lambda n: n.right
-            if isinstance(op, ast.Mult):
-                yield "inverted", "", "", lambda n: _operation(n, ast.Div())
-                yield "operation", "sum of factors", "factors are added that should be multiplied", (
-                    lambda n: _operation(n, ast.Add())
-                )
-            else:
-                yield "factors exchanged", "@", "a matrix product", (
-                    lambda n: ast.BinOp(n.right, n.op, n.left)
-                )
-                yield "entry by entry", "@", "", lambda n: _operation(n, ast.Mult())
-            for change in (_spread_right, _spread_left):
-                yield "brackets", change.__name__, "", change
-        elif isinstance(op, ast.Div):
-            yield "lacks", f"below {key}", f"the division by {right}", lambda n: n.left
-            yield "inverted", "", "", lambda n: _operation(n, ast.Mult())
-            yield "inverted", "upside down", "", lambda n: ast.BinOp(n.right, n.op, n.left)
-            yield "power", "below squared", "", lambda n: ast.BinOp(
-                n.left, n.op, ast.BinOp(n.right, ast.Pow(), ast.Constant(2))
-            )
-            yield "power", "below root", "", lambda n: ast.BinOp(
-                n.left, n.op, ast.BinOp(n.right, ast.Pow(), ast.Constant(0.5))
-            )
-            yield "brackets", "over", "", _spread_left
-        elif isinstance(op, ast.Pow):
-            yield "power", "dropped", "", lambda n: n.left
-            yield "power", "inside", "", _square_inside
-            yield "power", "half", "", lambda n: ast.BinOp(n.left, n.op, ast.Constant(4))
-
-    def _subscript(self, node: ast.Subscript) -> Iterator[tuple[str, str, str, Callable[[Any], ast.AST]]]:
-        whole = ast.unparse(node)
-        if isinstance(node.slice, ast.Constant):
-            for k in range(3):
-                if k != node.slice.value:
-                    yield "index", f"{whole}->{k}", "", lambda n, k=k: ast.Subscript(
-                        n.value, ast.Constant(k), n.ctx
-                    )
-            yield "power", f"{whole} squared", "", lambda n: ast.BinOp(n, ast.Pow(), ast.Constant(2))
-        elif isinstance(node.slice, ast.Tuple):
-            yield "index", f"{whole} turned", "", lambda n: ast.Subscript(
-                n.value, ast.Tuple(n.slice.elts[::-1], ast.Load()), n.ctx
-            )
-            for p, entry in enumerate(node.slice.elts):
-                if isinstance(entry, ast.Constant):
-                    for k in {0, 1, 2} - {entry.value}:
-                        yield "index", f"{whole}->{p},{k}", "", lambda n, p=p, k=k: ast.Subscript(
-                            n.value,
-                            ast.Tuple([ast.Constant(k) if q == p else e for q, e in enumerate(n.slice.elts)],
-                                      ast.Load()),
-                            n.ctx,
-                        )  # fmt: skip
-
-    def _listed(self, node: Any) -> Iterator[tuple[str, str, str, Callable[[Any], ast.AST]]]:
-        def put(values: Callable[[list[Any]], list[Any]]) -> Callable[[Any], ast.AST]:
-            return lambda n: type(n)(values(list(n.elts)), ast.Load())
-
-        for a, b in itertools.combinations(range(len(node.elts)), 2):
-
-            def swapped(e: list[Any], a: int = a, b: int = b) -> list[Any]:
-                e[a], e[b] = e[b], e[a]
-                return e
-
-            yield "entries", f"{a}<->{b}", f"entries {a} and {b} have changed places", put(swapped)
-        for shift in range(1, len(node.elts)):
-            yield "entries", f"moved {shift}", "the entries are in another order", put(
-                lambda e, k=shift: [*e[k:], *e[:k]]
-            )
-        for a in range(len(node.elts)):
-            of = f"entry {a}"
-            yield "sign", of, "", put(lambda e, a=a: [_minus(x) if k == a else x for k, x in enumerate(e)])
-            yield "entries", f"zero {a}", f"{of} is zero", put(
-                lambda e, a=a: [
-                    ast.BinOp(ast.Constant(0.0), ast.Mult(), x) if k == a else x for k, x in enumerate(e)
-                ]
-            )
-            for b in range(len(node.elts)):
-                if a != b:
-                    yield "entries", f"{a} as {b}", f"{of} repeats entry {b}", put(
-                        lambda e, a=a, b=b: [copy.deepcopy(e[b]) if k == a else x for k, x in enumerate(e)]
-                    )
-
-    def _called(self, node: ast.Call) -> Iterator[tuple[str, str, str, Callable[[Any], ast.AST]]]:
-        name = node.func.attr if isinstance(node.func, ast.Attribute) else getattr(node.func, "id", "")
-        for other, kind, of in _METHODS.get(name, ()):
-            yield kind, f"{name}->{other}", of, lambda n, o=other: ast.Call(
-                ast.Attribute(n.func.value, o, ast.Load()), n.args, n.keywords
-            )
-        if name in ("cross", "outer_product"):
-            yield "factors exchanged", name, f"{'a cross' if name == 'cross' else 'an outer'} product", (
-                lambda n: _call(n.args[0], n.func.attr, n.func.value)
-            )
-        if name in ("cross", "dot", "outer_product"):
-            yield "entry by entry", name, "", lambda n: ast.BinOp(n.func.value, ast.Mult(), n.args[0])
-            yield "operation", f"{name}->+", "vectors are added where a product of them is asked", (
-                lambda n: ast.BinOp(n.func.value, ast.Add(), n.args[0])
-            )
-        if name in ("cross", "dot"):
-            yield "lacks", f"first of {name}", "the first factor of a product", lambda n: n.args[0]
-        if name == "dot":
-            yield "operation", "product of lengths", "a product of lengths stands for the dot product", (
-                lambda n: ast.BinOp(_call(n.func.value, "norm"), ast.Mult(), _call(n.args[0], "norm"))
-            )
-            yield "sign", "absolute", "", lambda n: ast.Call(ast.Name("abs", ast.Load()), [n], [])
-        if name in ("transpose", "inverse"):
-            kind = "transposed" if name == "transpose" else "inverse"
-            yield kind, f"not {ast.unparse(node)}", "", lambda n: n.func.value
-            yield kind, f"{name} for another", "", lambda n: _call(
-                n.func.value, "inverse" if n.func.attr == "transpose" else "transpose"
-            )
-            yield "lacks", f"without {ast.unparse(node)}", self.told(node), lambda n: _call(
-                ast.BinOp(n, ast.MatMult(), _call(n, "inverse")), "transpose"
-            )
-        if name == "normalized":
-            yield "length", "not normalised", "a vector is not of length one", lambda n: n.func.value
-            yield "length", "by the squared length", "a vector is divided by its squared length", (
-                lambda n: ast.BinOp(n.func.value, ast.Div(), _call(n.func.value, "norm_sqr"))
-            )
-        if name in ("max", "min", "abs"):
-            yield "guard", name, "", lambda n: n.args[0]
-        if name in ("norm", "norm_sqr"):
-            yield "lacks", f"half of {name}", "a factor of 2", lambda n: ast.BinOp(
-                ast.Constant(0.5), ast.Mult(), n
-            )
-            yield "extra", f"twice {name}", "a factor of 2", lambda n: ast.BinOp(
-                ast.Constant(2), ast.Mult(), n
-            )
-        if name == "cross":
-            yield "length", "cross of length one", "a vector has been made of length one", (
-                lambda n: _call(n, "normalized")
-            )
-
-    def _together(self, singles: list[Edit]) -> Iterator[Edit]:
-        """The same slip made everywhere: in a line, and in the whole function."""
-        groups: dict[tuple[str, ...], list[Edit]] = {}
-        for edit in singles:
-            groups.setdefault((edit.kind, edit.detail, edit.place), []).append(edit)
-            groups.setdefault((edit.kind, edit.detail), []).append(edit)
-            if edit.kind == "index":  # the same index everywhere, whatever it is taken of
-                groups.setdefault((edit.kind, edit.detail.split("->")[-1], edit.place), []).append(edit)
-            if edit.kind == "lacks":
-                groups.setdefault((edit.kind, edit.of), []).append(edit)
-        for edits in groups.values():
-            changes = {k: v for edit in edits for k, v in edit.changes.items()}
-            if len(changes) > 1:
-                places = list(dict.fromkeys(edit.place for edit in edits))
-                place = places[0] if len(places) == 1 else f"{places[0]} and {places[-1]}"
-                yield Edit(edits[0].kind, edits[0].detail, place, edits[0].of, changes)
-
-    def _swaps(self) -> Iterator[Edit]:
-        """Two names exchanged: in the whole function, in a line, in one term of a line."""
-        names = [*self.arguments, *self.said]
-        scopes: list[tuple[str, ast.AST]] = [("the formula", self.function)]
-        for statement in ast.walk(self.function):
-            if isinstance(statement, (ast.Assign, ast.Return)) and statement.value is not None:
-                place = self.place(statement)
-                scopes.append((place, statement.value))
-                scopes += [(place, term) for term in _terms(statement.value)]
-        for (place, scope), (a, b) in itertools.product(scopes, itertools.combinations(names, 2)):
-            if self.kinds.get(a) != self.kinds.get(b):
-                continue
-            other = {a: b, b: a}
-            changes = {
-                node.number: (lambda n: ast.Name(other[n.id], ast.Load()))  # type: ignore[attr-defined]
-                for node in ast.walk(scope)
-                if isinstance(node, ast.Name) and node.id in other and isinstance(node.ctx, ast.Load)
-            }
-            if len(changes) > 1:
-                of = f"{self.told(ast.Name(a))} and {self.told(ast.Name(b))}"
-                bound = {k: (lambda n, o=other: ast.Name(o[n.id], ast.Load())) for k in changes}
-                yield Edit("exchanged", f"{a},{b}", place, of, bound)
-
-
-def _terms(node: ast.expr) -> list[ast.expr]:
-    """The terms a sum is made of; nothing if it is no sum."""
-    if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
-        return [part for side in (node.left, node.right) for part in (_terms(side) or [side])]
-    return []
-
-
-def _square_outside(n: Any) -> ast.AST:
-    """(a + b)^2 for a^2 + b^2."""
-    if not (isinstance(n.right, ast.BinOp) and isinstance(n.right.op, ast.Pow)):
-        raise ValueError
-    return ast.BinOp(ast.BinOp(n.left.left, n.op, n.right.left), ast.Pow(), n.left.right)
-
-
-def _square_inside(n: Any) -> ast.AST:
-    """a^2 + b^2 for (a + b)^2."""
-    if not isinstance(n.left, ast.BinOp):
-        raise ValueError
-    inner = n.left
-    return ast.BinOp(ast.BinOp(inner.left, n.op, n.right), inner.op, ast.BinOp(inner.right, n.op, n.right))
-
-
-def _spread_right(n: Any) -> ast.AST:
-    """a * b + c for a * (b + c)."""
-    if not (isinstance(n.right, ast.BinOp) and isinstance(n.right.op, (ast.Add, ast.Sub))):
-        raise ValueError
-    return ast.BinOp(ast.BinOp(n.left, n.op, n.right.left), n.right.op, n.right.right)
-
-
-def _spread_left(n: Any) -> ast.AST:
-    """a + b * c for (a + b) * c."""
-    if not (isinstance(n.left, ast.BinOp) and isinstance(n.left.op, (ast.Add, ast.Sub))):
-        raise ValueError
-    return ast.BinOp(n.left.left, n.left.op, ast.BinOp(n.left.right, n.op, n.right))
-
-
-# --- what they make of the cases ---------------------------------------------------------------------------
-
-
-class _Applied(ast.NodeTransformer):
-    def __init__(self, changes: Mapping[int, Callable[[Any], ast.AST]]):
-        self.changes = changes
-
-    def visit(self, node: ast.AST) -> Any:
-        node = self.generic_visit(node)
-        change = self.changes.get(getattr(node, "number", -1))
-        return change(node) if change is not None else node
-
-
-def _compiled(function: ast.FunctionDef, changes: Mapping[int, Any], names: dict[str, Any]) -> Any:
-    changed = _Applied(changes).visit(copy.deepcopy(function))
-    module = ast.fix_missing_locations(ast.Module([changed], []))
+def compiled(function: ast.FunctionDef, changes: Mapping[int, Any], names: dict[str, Any]) -> Any:
+    """A function with changes made, ready to be called where these names are known."""
+    module = ast.fix_missing_locations(ast.Module([applied(function, changes)], []))
     inside = dict(names)
     exec(compile(module, "<slip>", "exec"), inside)
     return inside[function.name]
 
 
-def _run(function: Any, cases: Sequence[Mapping[str, Any]], task: tasks.Task) -> list[np.ndarray] | None:
-    """Results of all cases, one array each; None if they are no results of this task."""
+def run(function: Any, cases: Sequence[Mapping[str, Any]], task: tasks.Task) -> list[np.ndarray] | None:
+    """Results of a function in plain Python, one array each; None if they are no results of this task.
+
+    Parameters
+    ----------
+    function : callable
+    cases : sequence of dict
+        Arguments by name, made with `plain.own`.
+    task : Task
+    """
     rows: list[tuple[np.ndarray, ...]] = []
     for case in cases:
         try:
@@ -588,48 +100,85 @@ def make(assignment: str, name: str) -> slips.Slips:
     """
     task = tasks.assignment(assignment).tasks[name]
     inputs, expected = reference.cases(assignment, name)
-    count = len(expected[0])
-    cases = [{key: plain.own(array[k]) for key, array in inputs.items()} for k in range(count)]
+    cases = [{k: plain.own(a[row]) for k, a in inputs.items()} for row in range(len(expected[0]))]
+    nearby = [{key: _moved(value) for key, value in case.items()} for case in cases]
     right = [slips.print_of(np.asarray(e, dtype=float)) for e in expected]
-    found: list[tuple[int, tuple[str, str, str], list[np.ndarray]]] = []
+    found: list[tuple[int, Words, list[np.ndarray]]] = []
     with plain.looked_at() as names, warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
-        for road, (function, source) in enumerate(roads(assignment).get(name, [])):
-            whole = ast.get_docstring(function)
-            if whole:
-                mistake, _, advice = whole.partition("\n\n")
-                label = function.name.partition("__")[2].replace("_", " ")
-                edits = [(0, (label, " ".join(mistake.split()), " ".join(advice.split())), {})]
-            else:
-                edits = [
-                    (100 * list(WORDS).index(e.kind) + 10 * min(len(e.changes), 5) + road, _words(e), e.changes)
-                    for e in _Reader(function, source, task).edits()
-                ]
-            for rank, words, changes in edits:
-                try:
-                    run = _compiled(function, changes, names)
-                except (ValueError, SyntaxError, AttributeError, TypeError):
-                    continue
-                made = _run(run, cases[:1], task) and _run(run, cases, task)
-                if made:
-                    found.append((rank, words, [slips.print_of(array) for array in made]))
+        for rank, words, function, changes in _candidates(assignment, task):
+            try:
+                made_of = compiled(function, changes, names)
+            except (ValueError, SyntaxError, AttributeError, TypeError):  # an edit that cannot be made here
+                continue
+            made = run(made_of, cases[:1], task) and run(made_of, cases, task)
+            if made:
+                near = run(made_of, nearby, task) if not changes or _suspicious(made) else None
+                found.append((rank, words, _prints(made, near)))
     found.sort(key=lambda entry: entry[0])
-    return slips.Slips.of(
-        [(words, prints) for _, words, prints in found if any(_differ(p, r) for p, r in zip(prints, right, strict=True))]
-    )
+    wrong = [entry for entry in found if any(_differ(*pair) for pair in zip(entry[2], right, strict=True))]
+    return slips.Slips.of([(words, prints) for _, words, prints in wrong])
+
+
+def _candidates(
+    assignment: str, task: tasks.Task
+) -> Iterator[tuple[int, Words, ast.FunctionDef, Mapping[int, Change]]]:
+    """Mistakes as a whole, and every slip on every road: rank, words, function, what to change in it."""
+    for road, (function, source) in enumerate(roads(assignment).get(task.name, [])):
+        whole = ast.get_docstring(function)
+        if whole:
+            mistake, _, advice = (" ".join(part.split()) for part in whole.partition("\n\n"))
+            yield 0, (function.name.partition("__")[2].replace("_", " "), mistake, advice), function, {}
+            continue
+        for edit in Reader(function, source, task).edits():
+            # The plainer kind first, the smaller change first, the shorter road first.
+            rank = 100 * list(WORDS).index(edit.kind) + 10 * min(len(edit.changes), 5) + road
+            yield rank, _words(edit), function, edit.changes
+
+
+def _moved(value: Any) -> Any:
+    """An input that differs in the last digits: what is singular shows itself."""
+    if isinstance(value, int):
+        return value
+    return value * (1 + 1e-13 * np.cos(np.arange(np.size(value)).reshape(np.shape(value))))
+
+
+def _suspicious(made: list[np.ndarray]) -> bool:
+    """Whether some results are not finite, or far larger than the others: then something may be singular."""
+    sizes = [np.abs(array).reshape(len(array), -1).max(axis=1) for array in made]
+    return any(not (size <= 1e6 * np.nanmedian(size)).all() for size in sizes)
+
+
+def _prints(made: list[np.ndarray], near: list[np.ndarray] | None) -> list[np.ndarray]:
+    """Prints, NaN where they hang on the last digits of the inputs."""
+    prints = [slips.print_of(array) for array in made]
+    others = [slips.print_of(array) for array in near] if near else prints
+    pairs = zip(prints, others, strict=True)
+    return [np.where(np.abs(p - q) <= 1e-7 * np.abs(p) + 1e-12, p, np.nan) for p, q in pairs]
 
 
 def _differ(a: np.ndarray, b: np.ndarray) -> bool:
     return not np.allclose(a, b, rtol=1e-7, atol=0, equal_nan=True)
 
 
-def _words(edit: Edit) -> tuple[str, str, str]:
+def _words(edit: Edit) -> Words:
     mistake, advice = (text.format(place=edit.place, of=edit.of) for text in WORDS[edit.kind])
     return f"{edit.kind}: {edit.place}", f"Most likely {mistake}.", advice
 
 
-def build(assignment: str) -> list[Path]:
-    """Write the slips of all tasks; they go with the public cases, and are made again when those change."""
-    folder = slips.folder(assignment)
-    folder.mkdir(parents=True, exist_ok=True)
-    return [make(assignment, name).save(folder / f"{name}.npz") for name in roads(assignment)]
+def build(assignment: str, names: Sequence[str] | None = None) -> Iterator[Path]:
+    """Write the slips of tasks, by default of all; made again when the public cases change.
+
+    Raises
+    ------
+    MuslinError
+        If the assignment has no roads, or none to a task of that name.
+    """
+    known = roads(assignment)
+    if unknown := sorted(set(names or ()) - set(known)):
+        raise MuslinError(
+            f"There is no way written down to {', '.join(unknown)}.", f"There is: {', '.join(known)}."
+        )
+    paths.slips(assignment).mkdir(parents=True, exist_ok=True)
+    for name in names or known:
+        yield make(assignment, name).save(paths.slips(assignment) / f"{name}.npz")

@@ -148,6 +148,18 @@ def reference_verify(
     say("The reference data are what their seed and the energy say.")
 
 
+@reference_app.command("slips")
+def reference_slips(
+    assignment: Annotated[str, typer.Argument(help="An assignment.")] = "cloth",
+    tasks: Annotated[list[str] | None, typer.Option("--task", help="A task. Default: all.")] = None,
+) -> None:
+    """Make again what slips in right formulas make of the public cases; some minutes for all tasks."""
+    from muslin.authoring import mutations
+
+    for path in mutations.build(assignment, tasks):
+        say(f"Wrote {paths.shown(path)}.")
+
+
 @reference_app.command("build")
 def reference_build(
     assignment: Annotated[str, typer.Argument(help="An assignment.")] = "cloth",
@@ -169,6 +181,8 @@ def reference_build(
         options["cases"] = cases
     folder = reference_data.build(assignment, out, **options)
     say(f"Wrote {paths.shown(folder)}.")
+    if out is None and not hidden and paths.slips(assignment).is_dir():
+        say(f"Now make again what mistakes make of them: muslin reference slips {assignment}")
     if hidden:
         say(
             "Only you can read it. Keep it out of what students get, and grade with: "

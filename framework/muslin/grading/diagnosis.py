@@ -98,6 +98,7 @@ def _diagnose(
         return None
     # Integers last: so few values agree by chance with almost anything.
     order = sorted(range(len(expected)), key=lambda k: expected[k].dtype.kind == "i")
+    found: list[Diagnosis] = []
     for k in order:
         question = Question(
             task=task,
@@ -108,13 +109,43 @@ def _diagnose(
             scale=natural_scale(task.name, expected[k], inputs, k),
             entries=np.ones(expected[k].shape[1:], dtype=bool),
             known=KNOWN.get(task.name, ()) if assignment == "cloth" else (),
-            slips=slips.load(assignment, task.name),
+            slips=_slips(assignment, task.name, len(expected[k])),
         )
-        if question.wrong.any():
-            found = _first(question, SEARCHES)
-            if found is not None:
-                return _said(task, found) if assignment == "cloth" else found
-    return None
+        found += [_said(task, d) if assignment == "cloth" else d for d in _all(question)]
+    return _joined(found)
+
+
+def _slips(assignment: str, task: str, cases: int) -> Slips | None:
+    """The slips of a task, if they were made of these cases."""
+    found = slips.load(assignment, task)
+    return found if found is not None and found.prints.shape[2] == cases else None
+
+
+def _all(question: Question) -> Iterator[Diagnosis]:
+    """What there is to say of one result: of what is not finite, and of wrong numbers beside it."""
+    if not question.wrong.any():
+        return
+    first = _first(question, SEARCHES)
+    if first is not None:
+        yield first
+    finite = np.isfinite(question.seen(question.got)).all(axis=1)
+    if first is not None and _not_finite(first) and (finite & question.wrong).any():
+        beside = _first(question.at(finite), SEARCHES)
+        if beside is not None:
+            yield beside
+
+
+def _not_finite(found: Diagnosis) -> bool:
+    return found.cause.split(": ")[-1] == "nan"
+
+
+def _joined(found: list[Diagnosis]) -> Diagnosis | None:
+    """The first thing to say; a division by zero hides no other mistake."""
+    numbers = [d for d in found if not _not_finite(d)]
+    broken = [d for d in found if _not_finite(d)]
+    if numbers and broken:
+        return replace(numbers[0], mistake=f"{numbers[0].mistake} Besides: {broken[0].mistake}")
+    return found[0] if found else None
 
 
 # --- one array that came, and the right one ----------------------------------------------------------------
@@ -181,7 +212,8 @@ class Question:
         """The same question about some of the cases."""
         picked = {name: array[cases] for name, array in self.inputs.items()}
         got, right, scale = (array[cases] for array in (self.got, self.right, self.scale))
-        return replace(self, got=got, right=right, inputs=picked, scale=scale)
+        slipped = self.slips.at(cases) if self.slips is not None else None
+        return replace(self, got=got, right=right, inputs=picked, scale=scale, slips=slipped)
 
     def truth(self, **changed: np.ndarray) -> np.ndarray:
         """The right answer to changed inputs."""
@@ -234,6 +266,10 @@ WORDS: Mapping[str, tuple[str, str]] = {
     "nan": (
         "Your {name} is not a finite number.",
         "Find the division by zero, or the root of a negative number, and say what should happen there.",
+    ),
+    "singular": (
+        "Your {name} is huge or not finite nearly everywhere: a singular matrix has been inverted, or zero divided by.",
+        "Look at what you invert or divide by: on paper it must not be zero.",
     ),
     "negated": (
         "Your {name} is the right one with the opposite sign.",
@@ -605,8 +641,46 @@ POWERS: Mapping[float, str] = {
 PAIRS = ((-1, -1), (1, 1), (-1, 1), (1, -1))
 
 
+@dataclass(frozen=True)
+class Fit:
+    """A factor as a number times powers of sizes."""
+
+    number: str
+    powers: tuple[tuple[str, float], ...]
+
+    @property
+    def head(self) -> str:
+        """What the powers are called: "missing", "extra", or "powers" where they disagree."""
+        heads = {POWERS[p] for _, p in self.powers}
+        return heads.pop() if len(heads) == 1 else "powers"
+
+    @property
+    def names(self) -> list[str]:
+        """The quantities, as people write their powers."""
+        if self.head == "powers":
+            return [f"{name}^({Fraction(p)})" for name, p in self.powers]
+        return [name if abs(p) == 1 else f"{name}^2" for name, p in self.powers]
+
+
+def _candidates(logs: Mapping[str, np.ndarray]) -> Iterator[tuple[tuple[str, float], ...]]:
+    """Powers of one size, then of two that are not proportional."""
+    yield from (((name, p),) for p in POWERS for name in logs)
+    two = [(a, b) for a, b in itertools.combinations(logs, 2) if np.ptp(logs[a] - logs[b]) > 1e-6]
+    yield from (((a, p), (b, q)) for p, q in PAIRS for a, b in two)
+
+
+def _fit(factor: np.ndarray, logs: Mapping[str, np.ndarray]) -> Fit | None:
+    """The factor as one number times powers of sizes; the number 1 is the plainest."""
+    fits = []
+    for powers in _candidates(logs):
+        rest = factor / np.exp(sum(p * logs[name] for name, p in powers))
+        if np.ptp(rest) <= 1e-6 * abs(rest[0]) and (number := _number(float(np.median(rest)))):
+            fits.append(Fit(number, powers))
+    return min(fits, key=lambda fit: fit.number != "1", default=None)
+
+
 def _sized(question: Question) -> Diagnosis | None:
-    """A factor made of the sizes of the inputs, and of one number: the fits without a number first."""
+    """A factor made of the sizes of the inputs, and of one number."""
     factor = question.factor()
     if factor is None:
         return None
@@ -615,29 +689,20 @@ def _sized(question: Question) -> Diagnosis | None:
     factor = factor[usable]
     if len(factor) < 6 or not ((factor > 0).all() or (factor < 0).all()):
         return None
-    logs = {name: np.log(size[usable]) for name, size in sizes.items()}
-    two = [(a, b) for a, b in itertools.combinations(sizes, 2) if np.ptp(logs[a] - logs[b]) > 1e-6]
-    singles = [((name, p),) for p in POWERS for name in sizes]
-    fits: list[tuple[str, tuple[tuple[str, float], ...]]] = []
-    for powers in [*singles, *(((a, p), (b, q)) for p, q in PAIRS for a, b in two)]:
-        rest = factor / np.exp(sum(p * logs[name] for name, p in powers))
-        if np.ptp(rest) <= 1e-6 * abs(rest[0]) and (number := _number(float(np.median(rest)))):
-            fits.append((number, powers))
-    if not fits:
-        return None
-    number, powers = min(fits, key=lambda fit: fit[0] != "1")
-    heads = {POWERS[p] for _, p in powers}
-    head = heads.pop() if len(heads) == 1 else "powers"
-    if head == "powers":
-        names = [f"{name}^({Fraction(p)})" for name, p in powers]
-    else:
-        names = [name if abs(p) == 1 else f"{name}^2" for name, p in powers]
+    fit = _fit(factor, {name: np.log(size[usable]) for name, size in sizes.items()})
+    return _told_fit(question, fit) if fit is not None else None
+
+
+def _told_fit(question: Question, fit: Fit) -> Diagnosis:
+    """A fit in words: what is missing or comes in too often, and the number that remains."""
+    also = f", scaled:{fit.number}" if fit.number != "1" else ""
     scalars = {value.name for value in question.task.arguments if value.kind == "scalar"}
-    plain = head == "missing" and all(name in scalars and p == -1 for name, p in powers)
-    also = f", scaled:{number}" if number != "1" else ""
-    words = "missing factor" if head == "missing" and not plain else head
-    told = _about(question, f"{head}:{','.join(names)}{also}", " and ".join(names), words)
-    return replace(told, mistake=f"{told.mistake} What remains is a factor of {number}.") if also else told
+    plain = all(name in scalars and p == -1 for name, p in fit.powers)
+    words = "missing factor" if fit.head == "missing" and not plain else fit.head
+    told = _about(question, f"{fit.head}:{','.join(fit.names)}{also}", " and ".join(fit.names), words)
+    return (
+        replace(told, mistake=f"{told.mistake} What remains is a factor of {fit.number}.") if also else told
+    )
 
 
 def _factor(question: Question) -> Diagnosis | None:
@@ -853,6 +918,12 @@ def _some(question: Question) -> Diagnosis | None:
     return next((d for d in found if ": " in d.cause), found[-1] if found else None)
 
 
+def _some_alike(question: Question) -> Diagnosis | None:
+    """Some of the entries or cases, where it is known what is wrong with them, too."""
+    found = _some(question)
+    return found if found is not None and ": " in found.cause else None
+
+
 def _within(outer: Diagnosis, inner: Diagnosis | None, place: str, name: str) -> Diagnosis:
     """What is wrong in a part, joined with which part it is."""
     if inner is None:
@@ -885,6 +956,14 @@ def _nan(question: Question) -> Diagnosis | None:
     return found
 
 
+def _singular(question: Question) -> Diagnosis | None:
+    """Huge or not finite nearly everywhere: something singular has been inverted."""
+    came = np.abs(question.seen(question.got)).max(axis=1)
+    huge = came > 1e7 * question.scale
+    lost = ~np.isfinite(came)
+    return _about(question, "singular") if (huge & ~lost).any() and (huge | lost).mean() > 0.6 else None
+
+
 def _digits(question: Question) -> Diagnosis | None:
     error = norm(question.seen(question.got - question.right))
     return _about(question, "digits") if (error <= 1e-4 * question.scale).all() else None
@@ -906,12 +985,10 @@ def _known(question: Question) -> Diagnosis | None:
 def _slipped(question: Question) -> Diagnosis | None:
     """One slip in a right formula: of those that come to the same, the plainest."""
     wrong = question.wrong
-    if question.slips is None or len(wrong) != question.slips.prints.shape[2]:
+    if question.slips is None:
         return None
-    for met, words in question.slips.like(question.index, question.got, question.scale):
-        if met[wrong].sum() >= 0.9 * np.isfinite(question.seen(question.got)[wrong]).all(axis=1).sum() > 0:
-            return Diagnosis(*words)
-    return None
+    alike = question.slips.like(question.index, question.got, question.scale, wrong)
+    return next((Diagnosis(*words) for words in alike), None)
 
 
 def _first(
@@ -928,10 +1005,12 @@ SEARCHES = (
     _known,
     _change_scaled,
     _constant,
+    _singular,
     _nan,
     _digits,
     _sized,
     _changed,
+    _some_alike,
     _slipped,
     _some,
     _factor,

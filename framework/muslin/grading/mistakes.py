@@ -969,6 +969,13 @@ SAID: Mapping[str, Mapping[str, tuple[str, str]]] = {
         "component 0: zeros": ("", "The three shape functions sum to one, everywhere."),
     },
     "dphi_dX": {
+        **{
+            cause: (
+                "A singular matrix has been inverted: your gradients are huge, or not finite, nearly everywhere.",
+                "Which of the two products of D and its transpose is 2x2, and which is 3x3 and singular?",
+            )
+            for cause in ("singular", "nan")
+        },
         "scaled:2": ("", "The cross product of two edges is as long as twice the area."),
         "scaled:1/2": ("", "The cross product of two edges is as long as twice the area."),
         "transposed": (
@@ -1189,6 +1196,10 @@ SAID: Mapping[str, Mapping[str, tuple[str, str]]] = {
         ),
     },
     "eigensystem": {
+        "digits": (
+            "Your values are nearly right everywhere: as if a small number had been added to what you divide by.",
+            "Divide by the larger of the two, the denominator and 1e-6: where nothing collapses, nothing changes.",
+        ),
         "permuted:1,0,2,3": (
             "Flip and twist are exchanged.",
             "Minus over minus is flip, plus over plus is twist; flip comes first.",

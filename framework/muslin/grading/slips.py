@@ -31,11 +31,6 @@ def print_of(answers: np.ndarray) -> np.ndarray:
         return np.sum(flat * weights, axis=1)
 
 
-def folder(assignment: str) -> Path:
-    """Where the slips of an assignment lie."""
-    return paths.slips(assignment)
-
-
 @dataclass(frozen=True)
 class Slips:
     """The slips of one task.
@@ -65,6 +60,10 @@ class Slips:
                 prints.append(rows)
         return cls(np.array(words), np.array(prints, dtype=np.float32))
 
+    def at(self, cases: np.ndarray) -> Slips:
+        """The same slips in some of the cases."""
+        return Slips(self.words, self.prints[:, :, cases])
+
     def save(self, path: Path) -> Path:
         """Write to a file; the same slips are the same bytes."""
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
@@ -75,8 +74,10 @@ class Slips:
                     np.lib.format.write_array(file, getattr(self, name), allow_pickle=False)
         return path
 
-    def like(self, result: int, got: np.ndarray, size: np.ndarray) -> Iterator[tuple[np.ndarray, tuple[str, str, str]]]:
-        """Slips that come to what came, the plainest first, and in which cases they were compared.
+    def like(
+        self, result: int, got: np.ndarray, size: np.ndarray, wrong: np.ndarray
+    ) -> Iterator[tuple[str, str, str]]:
+        """Words of the slips that come to what came, the plainest first.
 
         Parameters
         ----------
@@ -86,25 +87,26 @@ class Slips:
             What came.
         size : ndarray, (b,)
             Natural scale of each case: what is far larger is taken as not finite.
+        wrong : ndarray of bool, (b,)
+            Which cases are wrong: nearly all of those that can be compared must be met.
         """
         came, made = print_of(got), self.prints[:, result].astype(np.float64)
         with np.errstate(all="ignore"):
-            far = ~(np.abs(made) < 1e6 * size)
-            lost = ~(np.abs(came) < 1e6 * size)
-            met = np.abs(made - came) <= MET * np.abs(made) + 1e-9 * size
-        fits = np.where(far | lost, far, met)
-        told = ~(far | lost)
-        good = (fits.mean(axis=1) >= 0.9) & (told.mean(axis=1) >= 0.5)
+            known = (np.abs(made) < 1e6 * size) & (np.abs(came) < 1e6 * size)
+            met = known & (np.abs(made - came) <= MET * np.abs(made) + 1e-9 * size)
+        asked = known & wrong
+        good = met.sum(axis=1) >= 0.9 * np.maximum(known.sum(axis=1), 0.5 * len(came))
+        good &= (met & wrong).sum(axis=1) >= np.maximum(0.9 * asked.sum(axis=1), 1)
         for k in np.flatnonzero(good):
             cause, mistake, advice = (str(text) for text in self.words[k])
-            yield told[k] & fits[k], (cause, mistake, advice)
+            yield cause, mistake, advice
 
 
 @functools.cache
 def load(assignment: str, task: str) -> Slips | None:
     """The slips of a task; None if none were made."""
     try:
-        with np.load(folder(assignment) / f"{task}.npz", allow_pickle=False) as data:
+        with np.load(paths.slips(assignment) / f"{task}.npz", allow_pickle=False) as data:
             return Slips(data["words"], data["prints"])
     except (OSError, ValueError, KeyError, zipfile.BadZipFile):  # the diagnosis does without
         return None

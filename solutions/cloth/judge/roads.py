@@ -196,14 +196,6 @@ def interpolate__edges(phi, x0, x1, x2):
     return w * x0 + phi[1] * e + phi[2] * f  # the sum of x0 and the weighted edges
 
 
-def interpolate__vertex_and_edges(phi, x0, x1, x2):
-    """You add x0 with factor one and weight the edges: that is right only where the weights sum to one.
-
-    Weight each vertex with its own shape function.
-    """
-    return x0 + phi[1] * (x1 - x0) + phi[2] * (x2 - x0)
-
-
 def interpolate__vertex_and_edges_of_x1(phi, x0, x1, x2):
     """You begin at x1 and weight the edges from x0: base and edges do not belong together.
 
@@ -481,7 +473,7 @@ def kinetic_energy__of_the_sum_of_norms(v0, v1, v2, area, rho, h):
 
 
 def right_cauchy_green(F):
-    return F.transpose() @ F  # the product
+    return F.transpose() @ F  # C
 
 
 def right_cauchy_green__twice(F):
@@ -733,7 +725,7 @@ def dpsi_dF__entrywise(U, dpsi_ds, V):
 
 
 def nodal_force(P, grad_phi, area, h):
-    return -h * area * (P @ grad_phi)  # the product
+    return -h * area * (P @ grad_phi)  # the force
 
 
 def nodal_force__sum(P, grad_phi, area, h):
@@ -785,7 +777,11 @@ def d2psi_dFij__full(U, V, dpsi_ds, d2psi_ds2, dU, ds, dV):
 
     How psi_s changes is a vector: the Hessian times ds. Its diagonal matrix stands in the middle.
     """
-    return dU @ diag(dpsi_ds) @ V.transpose() + U @ d2psi_ds2 @ V.transpose() + U @ diag(dpsi_ds) @ dV.transpose()
+    return (
+        dU @ diag(dpsi_ds) @ V.transpose()
+        + U @ d2psi_ds2 @ V.transpose()
+        + U @ diag(dpsi_ds) @ dV.transpose()
+    )
 
 
 def d2psi_dFij__diagonals(U, V, dpsi_ds, d2psi_ds2, dU, ds, dV):
