@@ -29,6 +29,8 @@ TASKS = list(TABLE.tasks.values())
 HANDOUT = (RELEASED / "README.md").read_text(encoding="utf-8")
 COMMANDS = {
     "scenes",
+    "handout",
+    "view",
     "simulate",
     "render",
     "export",

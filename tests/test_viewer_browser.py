@@ -216,6 +216,21 @@ def test_keys_and_mouse_reach_the_session(tmp_path):
             )
             tab.mouse("mouseReleased", x + 60, y - 30)
             wait_for(lambda: session.grabbed is None, "the cloth is not let go")
+            session.playing = False
+            tab.key("s")
+            wait_for(lambda: session.strain, "s did nothing")
+            (client,) = face.server.get_clients().values()
+            camera = np.array(client.camera.position)
+            tab.mouse("mouseMoved", x, y)
+            tab.mouse("mousePressed", x, y)
+            for k in range(1, 11):
+                tab.mouse("mouseMoved", x + 6 * k, y - 3 * k)
+                session.playing = k > 3  # the coloured cloth is sent again and again meanwhile
+                time.sleep(0.1)
+            wait_for(lambda: session.grabbed is not None, "nothing is pulled in strain colours")
+            tab.mouse("mouseReleased", x + 60, y - 30)
+            wait_for(lambda: session.grabbed is None, "the cloth is not let go in strain colours")
+            assert np.allclose(client.camera.position, camera, atol=1e-6), "the camera has turned"
             assert not session.message
             # viser's own pointer handling makes Chromium say this once; it changes nothing
             return [c for c in tab.complaints() if "preventDefault inside passive event listener" not in c]

@@ -28,6 +28,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from muslin import paths, syntax
+from muslin.authoring.page import PAGE, origin, page
 from muslin.errors import MuslinError
 from muslin.tasks import KINDS, MANIFEST, Assignment, Task, Value, read_assignment
 
@@ -104,7 +105,10 @@ def out_of_step(name: str) -> list[str]:
     folders = {relative.split("/")[0] for relative in expected}
     for relative in sorted(expected.keys() | {_within(relative, folders) for relative in present}):
         where = paths.shown(folder / relative)
-        if relative not in expected:
+        if relative == PAGE and HANDOUT in expected and relative in present:
+            if present[PAGE].split(b"\n")[0].decode() != origin(expected[HANDOUT].decode("utf-8")):
+                findings.append(f"{where}: not made from this handout; {mend}")
+        elif relative not in expected:
             findings.append(f"{where} is superfluous: nothing in the solution leads to it; delete it")
         elif relative not in present:
             findings.append(f"{where} is missing; {mend}")
@@ -138,6 +142,8 @@ def rendered(source: Path) -> dict[str, bytes]:
     }
     if (source / HANDOUT).is_file():
         texts[HANDOUT] = _handout(source / HANDOUT, table, pictures)
+        if made := page(texts[HANDOUT], table.title):
+            texts[PAGE] = made
     contents = {relative: text.encode("utf-8") for relative, text in texts.items()} | pictures
     return dict(sorted(contents.items()))
 

@@ -2,7 +2,7 @@
 
 - `app`         the command itself, what all commands share, `main`
 - `console`     the terminal: width, colours, letters it lacks, progress
-- `student`     start, check, watch, list, hint, reset, run, explain, gradcheck, submit, upgrade
+- `student`     start, check, watch, list, hint, reset, run, handout, explain, gradcheck, submit, upgrade
 - `simulating`  simulate, scenes, render, export, demo, doctor
 - `viewing`     view
 - `grading`     grade

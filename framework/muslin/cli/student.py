@@ -285,6 +285,30 @@ def upgrade(
 
 
 @app.command()
+def handout(
+    task: Annotated[
+        str | None, typer.Argument(metavar="TASK", help="Where to open it. Default: its top.")
+    ] = None,
+    functions: Functions = None,
+    no_open: Annotated[bool, typer.Option("--no-open", help="Only say where it is.")] = False,
+) -> None:
+    """Open the handout as a page in the browser, with its formulas drawn; at a task, if you name one."""
+    import webbrowser
+
+    from muslin.student.workspace import find
+
+    workspace = find(functions)
+    address = workspace.page(_one(workspace, task) if task else None)
+    if not address:
+        raise MuslinError(
+            "There is no handout.html here.", "Read README.md, or bring the page back with: muslin upgrade"
+        )
+    say(address)
+    if not no_open and not webbrowser.open(address):
+        say("note: no browser could be opened here; open the address above.", err=True)
+
+
+@app.command()
 def explain(
     task: OneTask = None,
     case: Annotated[int | None, typer.Option(help="Which public case. Default: the worst.")] = None,

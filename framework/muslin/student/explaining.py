@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -127,9 +127,14 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     verdict = reference.compare(task, got, expected, inputs) if got is not None else None
     if case is None:
         case = verdict.case if verdict is not None and verdict.case is not None else 0
-    here = {key: value[case] for key, value in inputs.items()}
-    results = {v.name: e[case] for v, e in zip(task.results, expected, strict=True)}
-    way = {**here, **ON_THE_WAY.get(name, lambda a: {})(here)}
+
+    def known(k: int) -> tuple[Values, Values, Values]:
+        """Inputs, results, and all that is known of a case."""
+        here = {key: value[k] for key, value in inputs.items()}
+        results = {v.name: e[k] for v, e in zip(task.results, expected, strict=True)}
+        return here, results, {**here, **ON_THE_WAY.get(name, lambda a: {})(here)}
+
+    here, results, way = known(case)
 
     yield f"{name}: {task.title}; case {case} of 0 to {count - 1}"
     yield from _titled("Inputs", here)
@@ -142,7 +147,10 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
         yield from (f"  {line}" for line in trouble.split("\n"))
         yield from _titled("Expected", results)
     else:
-        yield from _variables(folder / task.file, name, here, {**way, **results}, [g[case] for g in got])
+        others = [known(k) for k in range(0, count, max(1, count // 4)) if k != case]
+        cases = [(inputs_there, {**way_there, **right}) for inputs_there, right, way_there in others]
+        mine_here = [g[case] for g in got]
+        yield from _variables(folder / task.file, name, here, {**way, **results}, mine_here, cases)
         for entry, mine, right in zip(task.results, got, expected, strict=True):
             yield ""
             yield from _beside(entry.name if len(expected) > 1 else "Result", mine[case], right[case])
@@ -169,8 +177,35 @@ def _verdict(
         yield f"   try: {found.advice}"
 
 
-def _variables(file: Path, name: str, here: Values, way: Values, got: list[np.ndarray]) -> Iterator[str]:
-    """The student's variables, and which quantity each is; and where Python and Taichi part."""
+def _elsewhere(
+    file: Path, name: str, found: Sequence[tuple[int, str, Any]], cases: Sequence[tuple[Values, Values]]
+) -> list[tuple[list[np.ndarray], Values]]:
+    """The same variables in other cases, beside what is known there; cases in which other lines run are left out."""
+    from muslin.student import plain
+
+    there = []
+    for inputs, way in cases:
+        try:
+            _, others = plain.values(file, name, dict(inputs))
+        except Exception:  # a division by zero, say
+            continue
+        if [entry[:2] for entry in others] == [entry[:2] for entry in found]:
+            there.append(([np.asarray(value) for _, _, value in others], way))
+    return there
+
+
+def _variables(
+    file: Path,
+    name: str,
+    here: Values,
+    way: Values,
+    got: list[np.ndarray],
+    cases: Sequence[tuple[Values, Values]],
+) -> Iterator[str]:
+    """The student's variables, and which quantity each is; and where Python and Taichi part.
+
+    `cases` are the inputs of a few other cases, and what is known there.
+    """
     from muslin.student import plain
 
     try:
@@ -183,10 +218,14 @@ def _variables(file: Path, name: str, here: Values, way: Values, got: list[np.nd
     if found:
         yield ""
         yield "Your variables, line by line"
-        for line, variable, what_it_holds in found:
+        others = _elsewhere(file, name, found, cases)
+        for number, (line, variable, what_it_holds) in enumerate(found):
             value = np.asarray(what_it_holds)
             what = _recognised(value, {k: v for k, v in way.items() if k != variable})
-            note = f"   this is {what}" if what else ""
+            for elsewhere, their_way in others:  # two quantities may agree by chance in one case, not in all
+                if np.any(elsewhere[number]):
+                    what = [label for label in what if label in _recognised(elsewhere[number], their_way)]
+            note = f"   this is {what[0]}" if what else ""
             rows = _rows(value)
             yield f"  line {line:<4} {variable} = {rows[0]}{note if len(rows) == 1 else ''}"
             blank = " " * (len(variable) + 15)
@@ -202,20 +241,19 @@ def _variables(file: Path, name: str, here: Values, way: Values, got: list[np.nd
         yield "born as a whole number (x = 0, ti.Vector([0, 0, 1])) and so cuts off what it is given later: write 0.0."
 
 
-def _recognised(value: np.ndarray, way: Values) -> str:
-    """Which known quantity a value is: itself, negated or transposed; empty if none, or if it says nothing."""
+def _recognised(value: np.ndarray, way: Values) -> list[str]:
+    """Which known quantities a value is: themselves, negated or transposed; none if it says nothing."""
     size = np.abs(value).max(initial=0.0)
     if size == 0 or (np.ndim(value) == 0 and float(value) in (1.0, 2.0, -1.0, 0.5)):
-        return ""
+        return []
     changes = (("", lambda a: a), ("minus ", lambda a: -a), ("the transpose of ", np.transpose))
-    for words, change in changes:
-        for label, other in way.items():
-            candidate = change(np.asarray(other))
-            if np.shape(candidate) == np.shape(value) and np.allclose(
-                candidate, value, rtol=1e-9, atol=1e-12 * size
-            ):
-                return words + label
-    return ""
+    return [
+        words + label
+        for words, change in changes
+        for label, other in way.items()
+        if np.shape(candidate := change(np.asarray(other))) == np.shape(value)
+        and np.allclose(candidate, value, rtol=1e-9, atol=1e-12 * size)
+    ]
 
 
 def _whole(functions: Any, assignment: str, name: str, case: int) -> Iterator[str]:

@@ -23,7 +23,7 @@ from muslin.errors import MuslinError
 from muslin.tasks import MANIFEST, Assignment, Task, assignment
 
 FOLDER = ".muslin"
-HANDOUT = "README.md"
+HANDOUT, PAGE = "README.md", "handout.html"
 
 
 @dataclass(frozen=True)
@@ -118,15 +118,24 @@ class Workspace:
             return where
 
     def chapter(self, task: str) -> str:
-        """Where the handout explains a task: `README.md:line (section)`."""
+        """Where the handout explains a task: `README.md:line (section), page`."""
         entry = self.table.tasks[task]
         handout = self.folder / HANDOUT
-        section = f"section {entry.section}, {task}"
-        if not handout.is_file():
-            return f"the handout, {section}"
-        lines = syntax.lines(handout.read_text(encoding="utf-8", errors="replace"))
-        line = next((k + 1 for k, text in enumerate(lines) if text.strip("# ") == task and "#" in text), 1)
-        return f"{paths.shown(handout)}:{line} ({section})"
+        where = f"section {entry.section}, {task}"
+        if handout.is_file():
+            lines = syntax.lines(handout.read_text(encoding="utf-8", errors="replace"))
+            line = next(
+                (k + 1 for k, text in enumerate(lines) if text.strip("# \r\n") == task and "#" in text), 1
+            )
+            where = f"{paths.shown(handout)}:{line} ({where})"
+        page = self.page(task)
+        return f"{where}, {page}" if page else f"{where} of the handout"
+
+    def page(self, task: str | None = None) -> str:
+        """Address of the handout as a page that a browser shows, at a task; empty if there is none."""
+        here = [folder / PAGE for folder in (self.folder, paths.assignment(self.table.name))]
+        found = next((page.resolve().as_uri() for page in here if page.is_file()), "")
+        return f"{found}#{task.lower()}" if found and task else found
 
 
 def find(folder: Path | None = None) -> Workspace:

@@ -26,6 +26,9 @@ from muslin.viewer.session import ACTIONS, Action, Session
 
 FPS = 30
 
+#: How long a page is given to draw its first picture [s].
+DRAWN = 20.0
+
 Command = Callable[[], None]
 
 
@@ -98,19 +101,28 @@ class Face:
         self._said = 0.0
         self._set_the_scene()
         self._add_the_panel()
+        self._looking: set[int] = set()
+        self.server.on_client_connect(self._arrived)
+
+    def _arrived(self, client: Any) -> None:
+        """Wait, in a thread of viser's, until a page has drawn something: only then does anybody look."""
+        with contextlib.suppress(Exception):  # a page that closes again, or draws too slowly to answer
+            client.get_render(height=32, width=32, timeout=DRAWN)
+        self._looking.add(client.client_id)
 
     def close(self) -> None:
         """Stop serving."""
         self.server.stop()
 
     def loop(self, running: Callable[[], bool] = lambda: True) -> None:
-        """Take commands, step, send; while nobody looks, time stands still."""
+        """Take commands, step, send; until somebody sees the page, and while nobody does, time stands still."""
         last = time.perf_counter()
         while running():
             self.obey(until=last + 1 / FPS)
             now = time.perf_counter()
-            if self.server.get_clients():
-                self.session.advance(now - last)
+            if clients := self.server.get_clients():
+                if self._looking & clients.keys():
+                    self.session.advance(now - last)
                 self.show()
             last = now
 
@@ -158,8 +170,9 @@ class Face:
         )  # fmt: skip
         size = 0.012 * float(np.ptp(session.start.x, axis=0).max())
         self.finger = scene.add_icosphere("/finger", radius=size, color=colour, visible=False)
-        for node in (self.cloth, self.strained):
-            node.on_drag("left")(self._dragged)
+        # What has strain colours is sent whole at every step, and would be lost from under the mouse: the hand always
+        # takes the plain cloth, which is transparent meanwhile.
+        self.cloth.on_drag("left")(self._dragged)
 
     async def _dragged(self, event: Any) -> None:
         # a coroutine: those are called in order
@@ -226,11 +239,11 @@ class Face:
             if self._new("x", (session.steps, session.strain, session.wireframe, id(session.state))):
                 if session.strain:
                     self.strained.glb_data = self._glb()
-                if not session.strain:
-                    self.cloth.vertices = session.x.astype(np.float32)
+                self.cloth.vertices = session.x.astype(np.float32)
                 if session.wireframe:
                     self.lines.vertices = session.x.astype(np.float32)
-            self._visible(self.cloth, not session.strain)
+            if self._new("strain", session.strain):
+                self.cloth.opacity = 0.0 if session.strain else None
             self._visible(self.strained, session.strain)
             self._visible(self.lines, session.wireframe)
             self._show_bodies()
