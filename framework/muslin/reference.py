@@ -169,9 +169,8 @@ def compare(
     case = min(wrong, key=lambda k: len("".join(_inputs(task, inputs, k))))  # what is shortest to read
     which = int(errors[:, case].argmax())
     name = "" if len(expected) == 1 else f" ({task.results[which].name})"
-    head = f"wrong in case {case}{name}: relative error {errors[which, case]:.1e}"
-    if len(wrong) > 1:
-        head += f"; it is the simplest of {len(wrong)} wrong cases, the worst is case {worst}: {error:.1e}"
+    among = f", the simplest of {len(wrong)} that are wrong" if len(wrong) > 1 else ""
+    head = f"wrong in case {case}{name}{among}: relative error {errors[which, case]:.1e}"
     message = "\n".join(
         [
             head,

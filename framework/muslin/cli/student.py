@@ -311,7 +311,9 @@ def handout(
 @app.command()
 def explain(
     task: OneTask = None,
-    case: Annotated[int | None, typer.Option(help="Which public case. Default: the worst.")] = None,
+    case: Annotated[
+        int | None, typer.Option(help="Which public case. Default: the simplest wrong one.")
+    ] = None,
     functions: Functions = None,
 ) -> None:
     """Show one public case step by step: inputs, what lies on the way, your variables, yours and expected."""

@@ -5,7 +5,7 @@
 - `sandbox`     the worker process and what keeps it in (`isolation`, `worker`, `wire`)
 - `checks`      the layers of a task: form, public cases, hidden cases, `properties`
 - `simulating`  all functions together on a small cloth, and the `laws` they must obey
-- `diagnosis`   which mistake a wrong answer looks like, `mistakes` that are known
+- `diagnosis`   which mistake a wrong answer looks like: `mistakes` that are known, `slips` nobody wrote down
 - `kernels`     what a submission compiled, kept for its own next grading
 - `record`      the result; `views` turn it into every format there is
 - `grader`      `grade`, which puts it together

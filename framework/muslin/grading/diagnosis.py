@@ -3,8 +3,9 @@
 The arrays that came are compared with what mistakes make of the right ones, the plainest first: the whole
 answer transformed (`TRANSFORMS`), mistakes known from students (`muslin.grading.mistakes`), a factor made of
 the sizes of the inputs (`_sized`), the right answer to changed inputs (`changes`); then the same in a part of
-the answer (`parts`) or in some of the cases (`conditions`). No solution is needed: right answers come from the
-reference data and, for changed inputs, from `muslin.authoring.truth`.
+the answer (`parts`) or in some of the cases (`conditions`); at last what one slip in a right formula makes of the
+public cases (`muslin.grading.slips`). No solution is needed: right answers come from the reference data and, for
+changed inputs, from `muslin.authoring.truth`; the slips are data.
 
 Runs in the grader's parent process, on plain arrays.
 """

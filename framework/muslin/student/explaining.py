@@ -100,7 +100,7 @@ CHAIN: tuple[tuple[str, str, Mapping[str, str]], ...] = (
 
 
 def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterator[str]:
-    """Lines that explain a case of a task; without a number, the worst case, or the first.
+    """Lines that explain a case of a task; without a number, the simplest wrong one, or the first.
 
     Raises
     ------
