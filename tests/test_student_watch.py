@@ -158,3 +158,45 @@ def test_an_endless_loop_ends_at_its_deadline_and_workers_are_renewed(tmp_path, 
         reports = list(checker.check(hurried, ["mass_block", "phi"]))
     assert "has not come to an end in 4 seconds" in reports[0].message
     assert reports[1].status == checking.GREEN
+
+
+def test_a_new_save_stops_a_check_that_runs_and_begins_again(tmp_path):
+    from muslin.student import watching, workspace
+
+    workspace.start("cloth", tmp_path / "w")
+    said = []
+    session = watching.Watch(workspace.find(tmp_path / "w"), said.append)
+    try:
+        session._look()
+        session.keys = {"phi": session.workspace.key("phi", session.texts)}
+        file = tmp_path / "w" / "shape_functions.py"
+        endless = file.read_text().replace(
+            "    raise NotImplementedError", "    while True:\n        pass\n    return X", 1
+        )
+        file.write_text(endless)
+        session._look()
+        file.write_text(
+            endless.replace("    while True:\n        pass\n", "")
+        )  # saved again before the check begins
+        session._check(["phi"])
+        assert session.left == ["phi"]
+        assert any("Saved again" in line for line in said)
+        session.step()
+        assert session.left == []
+        assert any("FAIL phi" in line for line in said)
+    finally:
+        session.checker.close()
+
+
+def test_a_stray_key_runs_nothing(tmp_path, monkeypatch):
+    from muslin.student import watching, workspace
+
+    workspace.start("cloth", tmp_path / "w")
+    said, ran = [], []
+    session = watching.Watch(workspace.find(tmp_path / "w"), said.append)
+    monkeypatch.setattr(session, "_run", lambda: ran.append(True))
+    for key in "rxrlr":
+        assert session.press(key)
+    assert ran == []
+    assert session.press("r")
+    assert ran == [True]

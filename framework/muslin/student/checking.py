@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from muslin.errors import MuslinError
-from muslin.student.worker import Crashed, Worker
+from muslin.student.worker import Crashed, Stopped, Worker
 from muslin.student.workspace import Workspace
 
 GREEN, WRONG, TODO, ERROR = "green", "wrong", "to do", "error"
@@ -187,30 +187,38 @@ class Checker:
         if self._worker is None:
             self._worker = Worker(ready=self._ready)
 
-    def check(self, workspace: Workspace, names: list[str]) -> Iterator[Report]:
+    def check(
+        self, workspace: Workspace, names: list[str], stop: Callable[[], bool] | None = None
+    ) -> Iterator[Report]:
         """Reports of tasks, in order; a crash or an endless loop costs its own task only.
 
-        What is found is remembered in the workspace.
+        What is found is remembered in the workspace. When `stop`, asked now and then, says so, the rest is left.
         """
         keys = {name: workspace.key(name) for name in names}
         waiting = list(names)
         while waiting:
             crash = None
             try:
-                for report in self._asked(workspace, list(waiting)):
+                for report in self._asked(workspace, list(waiting), stop):
                     waiting.remove(report.task)
                     yield self._kept(workspace, report, keys)
+            except Stopped:
+                self._worker = None
+                return
             except Crashed as error:
                 crash = error
             if crash is not None:  # after the handler: a process forked inside it inherits the exception
                 self._worker = None
                 yield self._kept(workspace, self._crashed(workspace, waiting.pop(0), crash), keys)
 
-    def _asked(self, workspace: Workspace, names: list[str]) -> Iterator[Report]:
+    def _asked(
+        self, workspace: Workspace, names: list[str], stop: Callable[[], bool] | None
+    ) -> Iterator[Report]:
         self.warm()
         assert self._worker is not None
         arguments = (workspace.folder, workspace.table.name, tuple(names))
-        yield from self._worker.ask(examine, *arguments, deadline=workspace.table.grading.deadline)
+        deadline = workspace.table.grading.deadline
+        yield from self._worker.ask(examine, *arguments, deadline=deadline, stop=stop)
 
     def _kept(self, workspace: Workspace, report: Report, keys: dict[str, str]) -> Report:
         kept = {"key": keys[report.task], "status": report.status, "first": report.message.split("\n")[0]}

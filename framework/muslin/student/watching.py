@@ -12,6 +12,7 @@ import subprocess
 import sys
 import time
 from collections.abc import Callable, Iterator
+from pathlib import Path
 from typing import Any
 
 from muslin import source
@@ -44,6 +45,8 @@ class Watch:
         self.keys: dict[str, str] = {}
         self.stamps: dict[str, tuple[int, int] | None] = {}
         self.current: str | None = None
+        self.left: list[str] = []  # not checked to the end, since a file was saved meanwhile
+        self.asked = ""  # what has to be asked for once more
 
     def begin(self) -> None:
         """Say where things stand; check what has been changed since the last time."""
@@ -61,11 +64,11 @@ class Watch:
 
     def step(self) -> None:
         """Check what has been saved since the last step."""
-        if not self._look():
+        if not self._look() and not self.left:
             return
         began = time.monotonic()
         keys = {name: self.workspace.key(name, self.texts) for name in self.keys}
-        changed = [name for name, key in keys.items() if key != self.keys[name]]
+        changed = [name for name, key in keys.items() if key != self.keys[name] or name in self.left]
         self.keys = keys
         if not changed:
             self.say("Saved; no function has changed.")
@@ -76,7 +79,8 @@ class Watch:
 
     def press(self, key: str) -> bool:
         """Do what a key asks for; whether to go on."""
-        word = KEYS.get(key.lower())
+        word = KEYS.get(key.lower(), "")
+        again, self.asked = self.asked == word, ""
         if word == "hint":
             self._lines(
                 hints.shown(self.workspace, self.current) if self.current else ["Everything is green."]
@@ -87,8 +91,11 @@ class Watch:
             found = progress.open_task(progress.standings(self.workspace), self.current)
             self.current = found.task.name if found else None
             self._where()
-        elif word == "run":
+        elif word == "run" and again:
             self._run()
+        elif word == "run":
+            self.asked = word
+            self.say(f"Run {self.scene} with your functions? It takes a while: press r once more.")
         return word != "quit"
 
     def _look(self) -> bool:
@@ -111,15 +118,24 @@ class Watch:
                 self.texts[file], changed = text, True
         return changed
 
+    def _saved(self) -> bool:
+        """Whether a file has another time or size than when it was read."""
+        return any(_stamp(self.workspace.folder / file) != stamp for file, stamp in self.stamps.items())
+
     def _check(self, names: list[str], began: float | None = None) -> None:
         began = time.monotonic() if began is None else began
         width = max(map(len, names))
         self.say("")
         reports = []
-        for report in self.checker.check(self.workspace, names):
+        self.left = list(names)
+        for report in self.checker.check(self.workspace, names, self._saved):
+            self.left.remove(report.task)
             brief = report.task != (self.current or report.task) and len(names) > 1
             self._lines(checking.told(self.workspace, report, width, brief))
             reports.append(report)
+        if self.left:
+            self.say("Saved again: what has changed is checked once more.")
+            return
         took = time.monotonic() - began
         turned_green = [r.task for r in reports if r.status == checking.GREEN]
         if self.current in turned_green or self.current is None:
@@ -152,6 +168,14 @@ class Watch:
     def _lines(self, lines: list[str]) -> None:
         for line in lines:
             self.say(line)
+
+
+def _stamp(path: Path) -> tuple[int, int] | None:
+    try:
+        status = path.stat()
+    except OSError:
+        return None
+    return status.st_mtime_ns, status.st_size
 
 
 def watch(workspace: Workspace, say: Callable[[str], Any], scene: str = "drape") -> None:

@@ -15,6 +15,7 @@ import os
 import signal
 import sys
 import threading
+import time
 import traceback
 from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
@@ -27,12 +28,20 @@ from muslin.errors import MuslinError
 _OFTEN: dict[int, str] = {signal.SIGKILL: "the memory has run out"} if sys.platform != "win32" else {}
 
 
+#: How often it is asked whether an answer is still wanted [s].
+PERIOD = 0.1
+
+
 class Crashed(MuslinError):
     """The worker has gone: it crashed, or it was ended because it took too long (`late`)."""
 
     def __init__(self, message: str, late: bool = False):
         super().__init__(message)
         self.late = late
+
+
+class Stopped(Exception):
+    """Nobody wants the answer any more; the worker has been ended."""
 
 
 class Worker:
@@ -59,7 +68,13 @@ class Worker:
         theirs.close()
         self.asked, self._ready = 0, False
 
-    def ask(self, function: Callable[..., Iterator[Any]], *arguments: Any, deadline: float) -> Iterator[Any]:
+    def ask(
+        self,
+        function: Callable[..., Iterator[Any]],
+        *arguments: Any,
+        deadline: float,
+        stop: Callable[[], bool] | None = None,
+    ) -> Iterator[Any]:
         """Run `function(*arguments)` there; gives what it yields, as it comes.
 
         Parameters
@@ -70,9 +85,13 @@ class Worker:
             Picklable.
         deadline : float
             Longest time between two things yielded [s].
+        stop : callable, optional
+            Asked while waiting: whether the answer is not wanted any more.
 
         Raises
         ------
+        Stopped
+            If `stop` says so. The worker cannot be used again.
         Crashed
             If the process ends or is too late. The worker cannot be used again.
         MuslinError
@@ -82,7 +101,7 @@ class Worker:
         try:
             self._channel.send((function, arguments))
             while True:
-                if not self._channel.poll(deadline):
+                if not self._heard(deadline, stop):
                     self.close()
                     raise Crashed(
                         f"Your code has not come to an end in {deadline:g} seconds. Is there a loop that never stops?",
@@ -117,6 +136,19 @@ class Worker:
             raise Crashed(
                 f"Your code has ended the whole Python process ({name}). Most often {most}."
             ) from None
+
+    def _heard(self, deadline: float, stop: Callable[[], bool] | None) -> bool:
+        """Wait for something to be said; False if it is too late."""
+        if stop is None:
+            return self._channel.poll(deadline)
+        end = time.monotonic() + deadline
+        while not self._channel.poll(PERIOD):
+            if stop():
+                self.close()
+                raise Stopped
+            if time.monotonic() > end:
+                return False
+        return True
 
     def close(self) -> None:
         """End the process, whatever it is doing."""
