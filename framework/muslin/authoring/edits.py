@@ -47,7 +47,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "Read {place} index by index: Python counts from 0.",
     ),
     "lacks": (
-        "{of} is missing in {place}",
+        "something is missing in {place}: {of}",
         "Compare {place} with the formula, term by term and factor by factor.",
     ),
     "number": (
@@ -221,8 +221,8 @@ class Reader:
     ) -> Edit:
         """An edit of one node; lines that differ in digits and names of their own are alike."""
         names = "|".join(map(re.escape, self.said)) or "$."
-        line = re.sub(rf"\b({names})\b", "_", _shape(statement))
-        return Edit(kind, detail, place, of, _shape(node), {node.number: change}, line)  # type: ignore[attr-defined]
+        shape, line = (re.sub(rf"\b({names})\b", "_", _shape(text)) for text in (node, statement))
+        return Edit(kind, detail, place, of, shape, {node.number: change}, line)  # type: ignore[attr-defined]
 
     def _whole(self, statement: Any, place: str) -> Iterator[Edit]:
         """Edits of all that a line computes."""
@@ -279,6 +279,8 @@ class Reader:
                 if other != node.id:
                     of = other if other in self.kinds else self.said[other]
                     yield "name", f"{node.id}->{other}", of, lambda n, o=other: ast.Name(o, ast.Load())
+            if self.kinds.get(node.id) == "scalar":
+                yield "name", f"{node.id}->1", "the number 1", lambda n: ast.Constant(1.0)
             if self.kinds.get(node.id) == "mat3":
                 yield "transposed", node.id, "", lambda n: _call(n, "transpose")
                 yield "inverse", node.id, "", lambda n: _call(n, "inverse")

@@ -561,7 +561,12 @@ KNOWN: Mapping[str, tuple[Mistake, ...]] = {
             "strain",
             "This is a strain: the identity has been subtracted.",
             "C itself is asked: for a rotation it is the identity, not zero.",
-            lambda a: ((a.right - np.eye(3)) / 2, a.right - np.eye(3)),
+            lambda a: (
+                (a.right - np.eye(3)) / 2,
+                a.right - np.eye(3),
+                a.F @ transposed(a.F) - np.eye(3),
+                (a.F @ transposed(a.F) - np.eye(3)) / 2,
+            ),
         ),
         Mistake(
             "entry by entry",
