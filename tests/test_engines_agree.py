@@ -1,0 +1,57 @@
+"""Taichi and Quadrants give the same numbers, where both are installed: the first steps of every scene."""
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from muslin import engine, scenes
+
+ROOT = Path(__file__).resolve().parent.parent
+BOTH = all(known.installed for known in engine.ENGINES.values())
+pytestmark = pytest.mark.skipif(not BOTH, reason="needs both engines: pip install -e '.[quadrants]'")
+
+#: Steps of each scene; the two that acceptance names take twenty.
+STEPS = {"throw": 20, "drape": 20}
+
+COMPUTE = """
+import sys
+import numpy as np
+import muslin
+from muslin import scenes
+f = muslin.load({solution!r})
+found = {{}}
+for name in scenes.SCENES:
+    run = muslin.simulate(name, functions=f, steps={steps!r}.get(name, 3))
+    found[name + ": x"], found[name + ": v"] = run.x, run.v
+    found[name + ": energy"] = np.array(run.energies["elastic"])
+np.savez({out!r}, **found)
+"""
+
+
+@pytest.fixture(scope="module")
+def computed(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("engines")
+    results = {}
+    for name in engine.ENGINES:
+        out = folder / f"{name}.npz"
+        code = COMPUTE.format(solution=str(ROOT / "solutions" / "cloth"), steps=STEPS, out=str(out))
+        environment = os.environ | {engine.VARIABLE: name, "MUSLIN_THREADS": "1"}
+        subprocess.run([sys.executable, "-c", code], env=environment, check=True, capture_output=True)
+        with np.load(out) as data:
+            results[name] = dict(data)
+    return results
+
+
+def test_the_first_steps_of_every_scene_are_the_same_on_either_engine(computed):
+    ours, theirs = computed["taichi"], computed["quadrants"]
+    assert set(ours) == set(theirs)
+    assert {name.split(":")[0] for name in ours} == set(scenes.SCENES)
+    for name, values in ours.items():
+        assert np.abs(values).max() > 0 or name.endswith("energy"), name
+        np.testing.assert_allclose(
+            theirs[name], values, rtol=0, atol=1e-12 * np.abs(values).max(), err_msg=name
+        )
