@@ -11,14 +11,14 @@ apt-get update -qq
 apt-get install -y -qq --no-install-recommends libx11-6 python3 python3-venv
 
 python=
-for candidate in python3.12 python3.11 python3.13 python3.10 python3; do
-  if "$candidate" -c 'import ensurepip, sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2>/dev/null; then
+for candidate in python3.12 python3.11 python3.13 python3.10 python3.14 python3; do
+  if "$candidate" -c 'import ensurepip, sys; sys.exit(not (3, 10) <= sys.version_info < (3, 15))' 2>/dev/null; then
     python=$candidate
     break
   fi
 done
 if [ -z "$python" ]; then
-  echo "Muslin needs Python 3.10 to 3.13: choose the base image Ubuntu 22.04 or 24.04." >&2
+  echo "Muslin needs Python 3.10 to 3.14: choose the base image Ubuntu 22.04 or 24.04." >&2
   exit 1
 fi
 
