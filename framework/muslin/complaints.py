@@ -103,7 +103,7 @@ ADVICE: tuple[tuple[str, str], ...] = (
         "A vector stands where a number is needed: its components are v[0], v[1], v[2].",
     ),
     (
-        r"ti\.svd\((.*\n)+.*AssertionError",
+        r"ti\.svd\((.*\n)+.*(AssertionError|<ti\.Expr>\.m)",
         "ti.svd takes square matrices only, and is not exact enough: write U, s, V = svd(F, N), after "
         "from muslin.given import svd.",
     ),

@@ -310,6 +310,7 @@ _OTHER_WORDS = (
         "'Expr' object has no attribute '__name__'",
     ),
     (r"`qd\.", "`ti."),
+    (r"<qd\.Expr>", "<ti.Expr>"),
     (r"(?<![\w/\\-])quadrants(?![\w/\\-])", "taichi"),
     (r"(?<![\w/\\-])Quadrants(?![\w/\\-])", "Taichi"),
     (r"\s*\n\.(?=\s|$)", "."),
