@@ -521,7 +521,7 @@ def test_one_number_that_is_not_finite_breaks_every_property(right, task, number
 
 
 #: What the seed "one" draws, on every machine; another draw anywhere in properties.py changes it.
-DRAWN = "23930e6123b7b8ae8ccab09b46e479c0fe7198f555cd10aacea302e0ca0d07a5"
+DRAWN = "9d18705c7901a4c77eebc820c21cd5fd8d4494479c30fcb8f53150883d2a30f5"
 
 
 def digest(seed):

@@ -919,10 +919,16 @@ def _some(question: Question) -> Diagnosis | None:
     return next((d for d in found if ": " in d.cause), found[-1] if found else None)
 
 
+#: Causes that say where an answer is wrong, and not what makes it so: by their first word.
+PLACES = ("component", "components", "entry", "row", "column", "where", "diagonal", "off")
+
+
 def _some_alike(question: Question) -> Diagnosis | None:
     """Some of the entries or cases, where it is known what is wrong with them, too."""
     found = _some(question)
-    return found if found is not None and ": " in found.cause else None
+    if found is None or ": " not in found.cause:
+        return None
+    return None if found.cause.split(": ")[-1].split(" ")[0] in PLACES else found
 
 
 def _within(outer: Diagnosis, inner: Diagnosis | None, place: str, name: str) -> Diagnosis:
