@@ -133,9 +133,9 @@ def test_pictures_of_the_handout_come_along(site):
 
 @pytest.mark.parametrize("formula", [r"\begin{bmatrix", r"\left( x", r"\unheard{of}", "a $ b"])
 def test_a_formula_that_cannot_be_converted_stops_the_build(hooks, formula):
-    from mkdocs.exceptions import PluginError
+    from muslin.errors import MuslinError
 
-    with pytest.raises(PluginError):
+    with pytest.raises(MuslinError, match="formula"):
         hooks.mathml(formula)
 
 

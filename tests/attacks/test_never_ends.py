@@ -58,7 +58,8 @@ def test_each_way_ends_at_its_deadline(attack):
     assert time.monotonic() - began < 4 * 2 * CAP * DEADLINE
     for name in spoiled:
         assert record[name].status == "error"
-        assert "was stopped" in record[name].message
+        # where the walls refuse threads, the file that starts one cannot be imported
+        assert "was stopped" in record[name].message or "start new thread" in record[name].message
 
 
 def test_an_endless_kernel_costs_its_own_task(attack):
