@@ -232,7 +232,7 @@ def test_the_command_writes_the_reports_asked_for(small, tmp_path):
     ("arguments", "said"),
     [
         (["nowhere"], "There is no submission nowhere"),
-        ([__file__], "neither a folder nor a zip nor a tar"),
+        ([__file__], "cannot be graded"),
         ([SOLUTION, "--assignment", "hair"], "There is no assignment 'hair'"),
         ([SOLUTION, "--hidden", "nowhere"], "holds no hidden reference data"),
         ([SOLUTION, "--format", "csv", "--format", "json"], "Add --out DIR"),
