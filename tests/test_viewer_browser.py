@@ -196,6 +196,7 @@ def test_keys_and_mouse_reach_the_session(tmp_path):
                 wait_for(lambda s=switch, b=before: getattr(session, s) != b, f"{key} did nothing")
             wait_for(lambda: len(cloth_pixels(tab.picture())) < count / 2, "strain colours are not shown")
             tab.key("s")
+            wait_for(lambda: not session.strain, "s did nothing the second time")
             wait_for(lambda: len(cloth_pixels(tab.picture())) > count / 2, "the cloth is not red again")
             red = cloth_pixels(tab.picture())
             x, y = red[np.argmin(np.linalg.norm(red - np.median(red, axis=0), axis=1))].tolist()

@@ -37,7 +37,7 @@ time.sleep(1e6)
 """,
     "drops": """
 import gc, socket, time, struct
-channel = next(o for o in gc.get_objects() if isinstance(o, socket.socket))
+channel = next(o for o in gc.get_objects() if isinstance(o, socket.socket) and o.fileno() >= 0)
 channel.sendall(struct.pack("<QI", 50_000_000, 10))
 while True:
     channel.sendall(b"x")

@@ -1,6 +1,6 @@
 """Markdown as GitHub reads it, with its formulas as MathML: for the handout's page and for the documentation site.
 
-Needs `markdown` and `latex2mathml`, from the extra `docs`: only those who release an assignment need them.
+Needs `markdown` and `latex2mathml`, from the extra `authoring`: only those who release an assignment need them.
 """
 
 from __future__ import annotations

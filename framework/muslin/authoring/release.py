@@ -21,6 +21,7 @@ What comes out depends only on what is in `solutions/<name>/`.
 from __future__ import annotations
 
 import ast
+import importlib.util
 import re
 import textwrap
 from collections.abc import Iterator, Mapping
@@ -107,7 +108,7 @@ def out_of_step(name: str) -> list[str]:
         where = paths.shown(folder / relative)
         if relative == PAGE and HANDOUT in expected and relative in present:
             if present[PAGE].split(b"\n")[0].decode() != origin(expected[HANDOUT].decode("utf-8")):
-                findings.append(f"{where}: not made from this handout; {mend}")
+                findings.append(f"{where}: not made from this handout; {mend}{_first_install()}")
         elif relative not in expected:
             findings.append(f"{where} is superfluous: nothing in the solution leads to it; delete it")
         elif relative not in present:
@@ -117,6 +118,12 @@ def out_of_step(name: str) -> list[str]:
             findings.append(f"{where}{at}: stale or edited by hand; change the solution and {mend}")
     findings += [f"{paths.shown(folder)}/{leak}" for leak in leaks(source, present)]
     return findings
+
+
+def _first_install() -> str:
+    """What must be installed before a handout's page can be made; empty if nothing."""
+    missing = [name for name in ("markdown", "latex2mathml") if importlib.util.find_spec(name) is None]
+    return ', after: pip install "muslin[authoring]"' if missing else ""
 
 
 def rendered(source: Path) -> dict[str, bytes]:
