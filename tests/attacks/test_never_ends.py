@@ -37,8 +37,12 @@ time.sleep(1e6)
 """,
     "drops": """
 import gc, socket, time, struct
-channel = next(o for o in gc.get_objects() if isinstance(o, socket.socket) and o.fileno() >= 0)
-channel.sendall(struct.pack("<QI", 50_000_000, 10))
+for channel in [o for o in gc.get_objects() if isinstance(o, socket.socket)]:
+    try:
+        channel.sendall(struct.pack("<QI", 50_000_000, 10))
+        break
+    except OSError:  # one that is closed
+        pass
 while True:
     channel.sendall(b"x")
     time.sleep(0.05)
