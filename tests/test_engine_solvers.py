@@ -1,6 +1,9 @@
 """Solvers: all of them solve the same system, in one piece or in two halves, and say when they cannot."""
 
+import subprocess
+import sys
 import time
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +12,8 @@ import muslin
 from muslin import cholmod, scenes, simulation, solvers
 from muslin.errors import SimulationError
 from muslin.solvers import System
+
+DIRECT = ["cholmod", "multifrontal", "superlu"]
 
 
 def a_system(size, solver, held=(), project=True, **options):
@@ -33,7 +38,7 @@ def replace_solver(scene, solver):
     return replace(scene, solver=solver)
 
 
-@pytest.fixture(params=["cholmod", "superlu", "cg"])
+@pytest.fixture(params=[*DIRECT, "cg"])
 def solver(request):
     if request.param == "cholmod":
         pytest.importorskip("cvxopt")
@@ -86,7 +91,7 @@ def test_conjugate_gradients_say_when_they_cannot():
 
 
 def test_auto_iterates_only_where_factors_would_not_fit():
-    assert solvers.choose("auto", 40_000) in ("cholmod", "superlu")
+    assert solvers.choose("auto", 40_000) in DIRECT
     assert solvers.choose("auto", solvers.LARGE) == "cg"
 
 
@@ -107,10 +112,12 @@ def test_two_halves_are_one_whole(monkeypatch):
     np.testing.assert_array_equal(halves.solve(b), alone)
 
 
+@pytest.mark.parametrize("solver", DIRECT)
 @pytest.mark.parametrize("size", [10, 40])
-def test_an_indefinite_matrix_is_still_solved(size):
-    pytest.importorskip("cvxopt")
-    system, A = a_system(size, "cholmod", project=False)
+def test_an_indefinite_matrix_is_still_solved(size, solver):
+    if solver == "cholmod":
+        pytest.importorskip("cvxopt")
+    system, A = a_system(size, solver, project=False)
     at = system.layout.row == system.layout.col
     start, stride = system.layout.start[at], system.layout.stride[at]
     diagonal = A.diagonal()
@@ -120,6 +127,67 @@ def test_an_indefinite_matrix_is_still_solved(size):
     b = np.random.default_rng(4).normal(size=(size * size, 3))
     y = system.solve(b)
     assert np.abs(A @ y.ravel() - shift * y.ravel() - b.ravel()).max() < 1e-6 * np.abs(b).max()
+
+
+def random_system(n, seed, pieces=1):
+    """A positive definite matrix of 3x3 blocks on a random graph in pieces, not that of any mesh."""
+    rng = np.random.default_rng(seed)
+    piece = rng.integers(pieces, size=n)
+    i, j = rng.integers(n, size=(2, 3 * n))
+    kept = (piece[i] == piece[j]) & (i != j)
+    pairs = np.unique(np.sort(np.stack([i, j])[:, kept], axis=0), axis=1)
+    dense = np.zeros((n, n, 3, 3))
+    for a, b in pairs.T:
+        dense[a, b] = rng.normal(size=(3, 3))
+        dense[b, a] = dense[a, b].T
+    dense[np.arange(n), np.arange(n)] = 40 * np.eye(3)
+    row, col = np.nonzero(np.abs(dense).sum(axis=(2, 3)))
+    return row, col, dense
+
+
+@pytest.mark.parametrize("solver", DIRECT)
+@pytest.mark.parametrize(("n", "pieces"), [(1, 1), (2, 2), (9, 1), (60, 3), (200, 1), (900, 7)])
+def test_any_graph_is_solved_that_of_a_mesh_or_not(solver, n, pieces):
+    """Also one in several pieces, and one that is too dense to be cut in two."""
+    if solver == "cholmod":
+        pytest.importorskip("cvxopt")
+    row, col, dense = random_system(n, seed=n, pieces=pieces)
+    for held in (np.zeros(n, bool), np.arange(n) % 5 == 1, np.ones(n, bool)):
+        system = System(row, col, held, solver)
+        for layout, out in (
+            (system.layout, system.data),
+            (system.coupling, coupling := np.zeros(system.coupling.size)),
+        ):
+            for a in range(3):
+                for b in range(3):
+                    out[layout.start + a * layout.stride + b] = dense[layout.row, layout.col, a, b]
+        b, known = np.random.default_rng(5).normal(size=(2, n, 3))
+        y = system.solve(b, known, coupling)
+        np.testing.assert_array_equal(y[held], known[held])
+        residual = dense.transpose(0, 2, 1, 3).reshape(3 * n, 3 * n) @ y.ravel() - b.ravel()
+        assert np.abs(residual.reshape(n, 3)[~held]).max(initial=0.0) < 1e-12 * 40
+
+
+@pytest.mark.parametrize("size", [12, 40])
+def test_fronts_give_the_same_bits_on_one_thread_and_on_two(size):
+    """The sums of the halves are kept apart until both are done, whoever does them."""
+    code = f"""
+import sys, numpy as np
+from muslin import runtime
+runtime.start(threads=int(sys.argv[1]))
+sys.path.insert(0, {str(Path(__file__).parent)!r})
+from test_engine_solvers import a_system
+system, _ = a_system({size}, "multifrontal", range({size}))
+y = system.solve(np.random.default_rng(6).normal(size=({size}**2, 3)))
+assert np.abs(y).max() > 0
+print(len(system.solver.plan.tasks) - 2, y.tobytes().hex())
+"""
+    told = [
+        subprocess.run([sys.executable, "-c", code, n], capture_output=True, text=True, check=True).stdout
+        for n in ("1", "2")
+    ]
+    assert told[0] == told[1]
+    assert told[0].startswith("1 " if size == 12 else "2 ")
 
 
 def test_a_task_goes_on_to_its_end_when_the_wait_for_it_is_interrupted():

@@ -41,12 +41,42 @@ def cut(graph: sp.csr_matrix, points: np.ndarray, vertices: np.ndarray) -> tuple
     return vertices[low], vertices[side[vertices] == 1], vertices[side[vertices] == 3]
 
 
+def dissection(
+    graph: sp.csr_matrix, points: np.ndarray, vertices: np.ndarray, leaf: int = LEAF
+) -> tuple[list[np.ndarray], list[list[int]]]:
+    """Cut a set of vertices in two, and those again, until pieces are small.
+
+    Parameters
+    ----------
+    graph : CSR matrix
+    points : (n, 3) array
+    vertices : int array
+    leaf : int
+        Pieces of at most this many vertices are not cut again.
+
+    Returns
+    -------
+    nodes : list of int arrays
+        The vertices of each separator and of each piece that was not cut, those below a separator before it.
+    children : list of lists
+        The nodes below each node: the pieces that its separator divides.
+    """
+    nodes: list[np.ndarray] = []
+    children: list[list[int]] = []
+
+    def visit(vertices: np.ndarray) -> int:
+        below: list[int] = []
+        if len(vertices) > leaf:
+            one, other, vertices = cut(graph, points, vertices)
+            below = [visit(part) for part in (one, other) if len(part)]
+        nodes.append(vertices)
+        children.append(below)
+        return len(nodes) - 1
+
+    visit(vertices)
+    return nodes, children
+
+
 def nested_dissection(graph: sp.csr_matrix, points: np.ndarray, vertices: np.ndarray) -> np.ndarray:
     """The vertices in an order of elimination that fills in little."""
-    if len(vertices) <= LEAF:
-        return vertices
-    one, other, separator = cut(graph, points, vertices)
-    if len(other) == 0:
-        return np.concatenate([nested_dissection(graph, points, one), separator])
-    parts = [nested_dissection(graph, points, one), nested_dissection(graph, points, other), separator]
-    return np.concatenate(parts)
+    return np.concatenate(dissection(graph, points, vertices)[0])

@@ -2,7 +2,8 @@
 
 A solver says where it wants every 3x3 block (`layout`), the cloth is assembled straight into its `data`, and
 `solve` does the rest: no copy, no permutation. Direct solvers, since cloth is stiff: CHOLMOD through cvxopt where
-the `fast` extra is installed (under the GPL), else SuperLU, which comes with SciPy under a permissive licence.
+the `fast` extra is installed (under the GPL), else a Cholesky factorisation of our own (`muslin.multifrontal`), or,
+where kernels do not compute in double precision on the CPU, SciPy's SuperLU.
 Conjugate gradients, in Taichi, need no more memory than the matrix itself: "auto" takes them from `LARGE`
 vertices on, where factors of a sheet no longer fit into a few gigabytes.
 """
@@ -18,7 +19,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import splu
 
-from muslin import cholmod, ordering, runtime
+from muslin import cholmod, multifrontal, ordering, runtime
 from muslin.elements.layout import Layout, pointers
 from muslin.errors import MuslinError, SimulationError
 
@@ -30,6 +31,9 @@ SINGLE = 1e-5
 
 #: Free vertices from which on two threads factorise the two halves of a cloth.
 HALVES = 700
+
+#: Largest piece of a cloth that is a front of its own, uncut [vertices].
+FRONT = 5
 
 
 class Solver(Protocol):
@@ -101,6 +105,54 @@ def pivoted(matrix: sp.csc_matrix) -> Any:
         raise SimulationError(
             "The system matrix is singular.", "Reduce dt, or leave the projection of the Hessian on."
         ) from None
+
+
+class Multifrontal:
+    """Cholesky factorisation by dense fronts, in kernels of our own: see `muslin.multifrontal`."""
+
+    def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
+        from muslin.elements.fronts import factorisation
+        from muslin.elements.launch import Launch
+
+        n = graph.shape[0]
+        nodes, children = ordering.dissection(graph, points, np.arange(n), FRONT)
+        order = np.concatenate(nodes)
+        permuted = graph[order][:, order].tocsr()
+        permuted.sort_indices()
+        self.plan, row, col = multifrontal.plan(
+            permuted, [len(node) for node in nodes], children, n >= HALVES
+        )
+        self._order, self._place = order, np.argsort(order)
+        start = 9 * np.arange(len(row), dtype=np.int32)
+        self.layout = Layout(order[row], order[col], start, np.full(len(row), 3, np.int32), 9 * len(row))
+        self.data = np.zeros(self.layout.size)
+        self._y, self._bad = np.zeros(3 * self.plan.positions), np.zeros(1, np.int32)
+        self._b = self._y[: 3 * n].reshape(n, 3)
+        factor = np.zeros(self.plan.numbers)
+        with runtime.shared_out():
+            kernel = factorisation(len(self.plan.tasks) == 3)
+            arrays = (self.data, factor, self._y, self._bad)
+            self._launch = Launch(kernel, *self.plan.arguments(), *arrays)
+
+    def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Factorise and solve; by pivoted LU if the matrix is not positive definite."""
+        np.take(b, self._order, axis=0, out=self._b, mode="clip")
+        self._bad[0] = 0
+        with runtime.shared_out():  # the first time it compiles
+            self._launch()
+        if self._bad[0]:
+            return pivoted(self._full()).solve(b.ravel()).reshape(-1, 3)
+        return self._b.take(self._place, axis=0)
+
+    def _full(self) -> sp.csc_matrix:
+        """The whole matrix, in the order of the vertices."""
+        blocks, row, col = self.data.reshape(-1, 3, 3), self.layout.row, self.layout.col
+        off = row != col
+        blocks = np.concatenate([blocks, blocks[off].transpose(0, 2, 1)])
+        row, col = np.append(row, col[off]), np.append(col, row[off])
+        order = np.lexsort((col, row))
+        indptr = pointers(row, len(self._order))
+        return sp.bsr_matrix((blocks[order], col[order], indptr)).tocsc()
 
 
 class _Triangle:
@@ -335,6 +387,7 @@ class ConjugateGradients:
 SOLVERS: Mapping[str, Callable[[sp.csr_matrix, np.ndarray, bool, float], Solver]] = {
     "cholmod": Cholmod,
     "superlu": SuperLU,
+    "multifrontal": Multifrontal,
     "cg": ConjugateGradients,
 }
 
@@ -350,11 +403,17 @@ def choose(name: str = "auto", vertices: int = 0) -> str:
     """
     fast = importlib.util.find_spec("cvxopt") is not None
     if name == "auto":
-        return "cg" if vertices >= LARGE else "cholmod" if fast else "superlu"
+        direct = "cholmod" if fast else "multifrontal" if runtime.plain() else "superlu"
+        return "cg" if vertices >= LARGE else direct
     if name not in SOLVERS:
         raise MuslinError(f"There is no solver {name!r}.", f"There is: auto, {', '.join(SOLVERS)}.")
     if name == "cholmod" and not fast:
         raise MuslinError("The solver cholmod needs cvxopt.", 'Install it with: pip install "muslin[fast]"')
+    if name == "multifrontal" and not runtime.plain():
+        raise MuslinError(
+            "The solver multifrontal computes in double precision on the CPU only.",
+            "Take superlu or cholmod.",
+        )
     return name
 
 
@@ -459,65 +518,3 @@ class System:
             found = self.solver.solve(b.take(self.free, axis=0), guess.take(self.free, axis=0))
             y.reshape(-1)[self._unknowns] = found.ravel()  # in half the time of y[self.free] = found
         return y
-
-
-class FreeSystem:
-    """`System` for scalar matrices with three unknowns per vertex, given by their CSR pattern and data.
-
-    Parameters
-    ----------
-    indptr, indices : int32 arrays
-        CSR pattern of the whole symmetric matrix.
-    held : (k,) bool array
-        Which unknowns are held: those of whole vertices.
-    solver, definite
-        As for `System`.
-    """
-
-    def __init__(
-        self,
-        indptr: np.ndarray,
-        indices: np.ndarray,
-        held: np.ndarray,
-        solver: str = "auto",
-        definite: bool = True,
-    ):
-        n = len(held) // 3
-        row = np.repeat(np.arange(3 * n), np.diff(indptr)).astype(np.int64)
-        keys = np.unique(np.concatenate([row // 3 * n + indices // 3, np.arange(n) * (n + 1)]))
-        block_row, block_column = np.divmod(keys, n)
-        held_vertices = np.all(held.reshape(-1, 3), axis=1)
-        self.system = System(block_row, block_column, held_vertices, solver, definite)
-        self._keys, self._row, self._col = keys, row, indices
-
-    def _spread(self, layout: Layout, data: np.ndarray, out: np.ndarray) -> np.ndarray:
-        n = len(self.system.held)
-        out[:] = 0.0
-        dense = np.zeros((len(self._keys), 3, 3))
-        dense[
-            np.searchsorted(self._keys, self._row // 3 * n + self._col // 3), self._row % 3, self._col % 3
-        ] = data
-        blocks = dense[np.searchsorted(self._keys, layout.row.astype(np.int64) * n + layout.col)]
-        for a in range(3):
-            for b in range(3):
-                out[layout.start + a * layout.stride + b] = blocks[:, a, b]
-        return out
-
-    def solve(self, data: np.ndarray, b: np.ndarray, known: np.ndarray) -> np.ndarray:
-        """Solve A y = b for the free unknowns, the held ones being `known`.
-
-        Parameters
-        ----------
-        data : (nnz,) array
-            CSR data of A.
-        b, known : (k,) arrays
-            Right-hand side; values of the held unknowns (others are ignored).
-
-        Returns
-        -------
-        (k,) array
-        """
-        system = self.system
-        self._spread(system.layout, data, system.data)
-        coupling = self._spread(system.coupling, data, np.zeros(system.coupling.size))
-        return system.solve(b.reshape(-1, 3), known.reshape(-1, 3), coupling).ravel()

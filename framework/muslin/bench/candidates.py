@@ -84,9 +84,9 @@ def ours(size: int) -> list[Ours]:
     found = [Ours("native", scene, None)] if fast else []
     if fast and paths.in_repository():
         found.append(Ours("student", scene, load(paths.solution("cloth"))))
-    found.append(Ours("native, permissive", replace(scene, solver="superlu"), None))
+    found.append(Ours("native, permissive", replace(scene, solver="multifrontal"), None))
     if not fast and paths.in_repository():
-        permissive = replace(scene, solver="superlu")
+        permissive = replace(scene, solver="multifrontal")
         found.append(Ours("student, permissive", permissive, load(paths.solution("cloth"))))
     return found
 
