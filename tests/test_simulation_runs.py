@@ -1,0 +1,135 @@
+"""A run on disk: written whole, read back, resumed, repeated; what is damaged is refused."""
+
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin import mesh, scenes
+from muslin.errors import MuslinError
+from muslin.runs import RunFolder
+
+ROOT = Path(__file__).resolve().parent.parent
+
+SPHERE_BELOW = {"resolution": 24, "dt": 1 / 60, "steps": 60, "floor": False, "pinned": "corners"}
+
+
+def test_a_run_with_contacts_in_the_system_resumes_to_the_same_end(tmp_path):
+    scene = SPHERE_BELOW | {"contact": "solve", "frame_every": 5}
+    muslin.simulate("drape", out=tmp_path / "run", **scene | {"steps": 30})
+    longer = muslin.simulate("drape", steps=40, out=tmp_path / "run", resume=True)
+    whole = muslin.simulate("drape", out=tmp_path / "whole", **scene | {"steps": 40})
+    np.testing.assert_array_equal(longer.x, whole.x)
+
+
+def test_a_run_of_an_earlier_muslin_resumes(tmp_path):
+    """Its checkpoint knows nothing of contacts that press, its description nothing of newer parameters."""
+    scene = {"resolution": 6, "frame_every": 5}
+    muslin.simulate("drape", steps=5, out=tmp_path / "run", **scene)
+    with np.load(tmp_path / "run" / "checkpoint.npz") as saved:
+        older = {name: saved[name] for name in saved if name != "pressed"}
+    np.savez(tmp_path / "run" / "checkpoint.npz", **older)
+    described = json.loads((tmp_path / "run" / "run.json").read_text())
+    for name in ("contact", "stretch_limit"):
+        del described["parameters"][name]
+    (tmp_path / "run" / "run.json").write_text(json.dumps(described))
+    longer = muslin.simulate("drape", steps=10, out=tmp_path / "run", resume=True)
+    whole = muslin.simulate("drape", steps=10, **scene)
+    np.testing.assert_array_equal(longer.x, whole.x)
+
+
+def test_a_display_mesh_is_what_a_run_shows(tmp_path):
+    display = tmp_path / "fine.obj"
+    mesh.save(mesh.unstructured(1.0, 1.0, 0.04), display)
+    muslin.simulate("course", steps=10, display=display, out=tmp_path / "run")
+    run = RunFolder(tmp_path / "run")
+    assert len(run.frames) == 3
+    assert len(run.frames[0]) == len(mesh.load(display).vertices) > len(run.simulated[0])
+    np.testing.assert_allclose(run.frames[0], run.rest, atol=1e-9)
+
+
+def test_an_interrupted_run_is_usable_and_resumes_to_the_same_end(tmp_path):
+    def stop(step, steps):
+        if step == 13:
+            raise KeyboardInterrupt
+
+    part = muslin.simulate("throw", steps=30, out=tmp_path / "run", on_step=stop)
+    assert part.interrupted
+    folder = RunFolder(tmp_path / "run")
+    assert len(folder.frames) == 3
+    assert folder.energies.step[-1] == 13
+    resumed = muslin.simulate("throw", out=tmp_path / "run", resume=True)
+    whole = muslin.simulate("throw", steps=30, out=tmp_path / "whole")
+    np.testing.assert_array_equal(resumed.x, whole.x)
+    np.testing.assert_array_equal(resumed.energies, whole.energies)
+    for name in ("energies.csv", *(f"frames/{k:06d}.npy" for k in range(0, 31, 5))):
+        assert (tmp_path / "run" / name).read_bytes() == (tmp_path / "whole" / name).read_bytes(), name
+
+
+def test_a_run_can_be_repeated_from_its_own_record(tmp_path):
+    first = muslin.simulate("throw", steps=5, E=2e4, sphere=False, out=tmp_path / "run")
+    record = json.loads((tmp_path / "run" / "run.json").read_text())
+    again = muslin.simulate(record["scene"], **record["parameters"])
+    np.testing.assert_array_equal(first.x, again.x)
+
+
+def test_a_run_never_overwrites_what_is_not_a_run(tmp_path):
+    (tmp_path / "thesis.txt").write_text("precious")
+    with pytest.raises(MuslinError, match="not a run"):
+        muslin.simulate("course", steps=1, out=tmp_path)
+    assert (tmp_path / "thesis.txt").read_text() == "precious"
+
+
+def test_a_run_resumed_for_longer_is_the_run_made_in_one_go(tmp_path):
+    muslin.simulate("throw", steps=12, out=tmp_path / "run")
+    longer = muslin.simulate("throw", steps=20, out=tmp_path / "run", resume=True)
+    whole = muslin.simulate("throw", steps=20, out=tmp_path / "whole")
+    np.testing.assert_array_equal(longer.x, whole.x)
+    np.testing.assert_array_equal(RunFolder(tmp_path / "run").times, RunFolder(tmp_path / "whole").times)
+    assert RunFolder(tmp_path / "run").scene == RunFolder(tmp_path / "whole").scene
+    for changed in ({"gravity": (0, 0, 0)}, {"hessian": "lecture"}, {"display": "fine.obj"}):
+        with pytest.raises(MuslinError, match="cannot change"):
+            muslin.simulate("throw", out=tmp_path / "run", resume=True, **changed)
+
+
+def test_a_mistake_does_not_cost_the_last_run(tmp_path):
+    muslin.simulate("throw", steps=10, out=tmp_path)
+    for wrong in (
+        {"integrator": "guess"},
+        {"display": "nowhere.obj"},
+        {"functions": ROOT / "assignments" / "cloth"},
+    ):
+        with pytest.raises(MuslinError):
+            muslin.simulate("throw", steps=10, out=tmp_path, **wrong)
+    assert len(RunFolder(tmp_path).frames) == 3
+
+
+@pytest.mark.parametrize(
+    "damage", ["run.json", "mesh.npz", "energies.csv", "frames/000005.npy", "checkpoint.npz"]
+)
+@pytest.mark.parametrize("content", [None, b"", b"{}", b"\x93NUMPY junk"])
+def test_a_damaged_run_is_refused_in_one_sentence(damage, content, tmp_path):
+    muslin.simulate("course", steps=5, out=tmp_path)
+    (tmp_path / damage).unlink()
+    if content is not None:
+        (tmp_path / damage).write_bytes(content)
+
+    def read_everything():
+        run = RunFolder(tmp_path)
+        run.checkpoint()
+        assert [len(frame) for frame in run.frames] == [400, 400]
+        assert len(run.energies) == 6
+
+    with pytest.raises((MuslinError, AssertionError)) as caught:
+        read_everything()
+    assert "\n" not in str(caught.value).split("assert")[0]
+
+
+def test_a_scene_of_ones_own_is_simulated_but_not_written(tmp_path):
+    own = replace(scenes.get("course"), name="mine", steps=1)
+    assert len(muslin.simulate(own).energies) == 2
+    with pytest.raises(MuslinError, match="not one of Muslin's"):
+        muslin.simulate(own, out=tmp_path)

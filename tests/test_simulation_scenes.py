@@ -1,0 +1,115 @@
+"""Scenes: each shows what it promises, and every parameter can be given."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin import mesh, scenes, simulation
+from muslin.errors import MuslinError
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+@pytest.fixture(scope="module")
+def solution():
+    return muslin.load(ROOT / "solutions" / "cloth")
+
+
+def test_the_curled_cloth_really_is_curled_and_stretched():
+    run = muslin.simulate("freefall", steps=1)
+    n = len(run.x) // 2
+    assert np.ptp(run.x0[:n, 2]) > 0.2
+    assert run.energies.elastic[0] > 1.0
+    np.testing.assert_array_equal(run.x0[n:], run.mesh.vertices[n:])
+
+
+def test_a_cloth_in_its_plane_stays_in_its_plane(solution):
+    run = muslin.simulate("course", functions=solution)
+    assert len(run.energies) == 301
+    assert np.abs(run.x[:, 2]).max() < 1e-9
+    assert run.energies.contacts.max() == 0
+    top = run.mesh.vertices[:, 1] > 0.5 - 1e-9
+    np.testing.assert_array_equal(run.x[top], run.x0[top])
+    assert run.x[:, 1].min() < -0.505, "the cloth has stretched under its weight"
+
+
+def test_the_hanging_cloth_keeps_its_corners(solution):
+    run = muslin.simulate("hang", functions=solution, steps=60)
+    held = np.flatnonzero((run.v == 0).all(axis=1))
+    assert len(held) == 2
+    np.testing.assert_array_equal(run.x[held], run.x0[held])
+    assert run.x[:, 1].min() < -0.5
+
+
+def test_the_cape_rides_on_the_walking_figure():
+    run = muslin.simulate("cape", steps=60)
+    held = run.scene.pinned_vertices(run.mesh)
+    assert len(run.mesh.vertices) >= 3000
+    expected = run.scene.carried(run.scene, run.x0[held], 60 * run.scene.dt)
+    np.testing.assert_allclose(run.x[held], expected, atol=1e-12)
+    assert run.energies.elastic[0] < 1e-2 * run.energies.elastic.max(), "rolled up without strain"
+    assert run.energies.contacts.max() > 0
+
+
+def test_the_mouse_spring_pulls_its_vertex_to_the_target():
+    scene = scenes.get(
+        "hang",
+        resolution=9,
+        gravity=(0, 0, 0),
+        drag_vertex=40,
+        drag_to=(0, 0.2, 0),
+        drag_stiffness=1e4,
+        steps=200,
+    )
+    run = muslin.simulate(scene)
+    np.testing.assert_allclose(run.x[40], [0, 0.2, 0], atol=5e-3)
+
+
+def test_a_display_mesh_is_carried_exactly_by_an_affine_motion(solution):
+    from muslin.skinning import bind
+
+    coarse, fine = mesh.grid(5, 5), mesh.unstructured(0.99, 0.99, 0.07)
+    A, b = np.array([[1.1, 0.2, 0.0], [-0.3, 0.8, 0.1], [0.2, 0.0, 1.0]]), np.array([0.3, -1.0, 2.0])
+    for functions in (solution, None):
+        skin = bind(fine, coarse, functions)
+        np.testing.assert_allclose(skin.phi.sum(axis=1), 1.0, atol=1e-12)
+        assert (skin.phi > -1e-9).all(), "every display vertex lies in its triangle"
+        np.testing.assert_allclose(skin.carry(coarse.vertices @ A.T + b), fine.vertices @ A.T + b, atol=1e-12)
+
+
+def test_every_parameter_can_be_overridden_and_nonsense_is_refused():
+    scene = scenes.get(
+        "drape", gravity="0,-1,0", dt="1/100", sphere="off", resolution="8", sphere_radius=".2"
+    )
+    assert scene.gravity == (0, -1, 0)
+    assert scene.dt == 0.01
+    assert scene.sphere is False
+    assert scenes.get("drape", E=1e3, nu=0.3).lame == pytest.approx((1e3 / 2.6, 300 / (1.3 * 0.4)))
+    assert scenes.get("course").lame == pytest.approx((1e5 / 2.8, 4e4 / (1.4 * 0.2)))
+    assert scenes.get("course", swap_lame=True).lame == scenes.get("course").lame[::-1]
+    nonsense = [
+        {"gravity": "1,2"}, {"dt": "0"}, {"dt": "nan"}, {"sphere": "perhaps"}, {"colour": "red"}, {"steps": -5},
+        {"resolution": "1.5"}, {"E": -1.0, "nu": 0.3}, {"pinned": "99999"}, {"solver": "magic"}, {"rho": 0},
+        {"integrator": "guess"}, {"mesh": "nowhere.obj"}, {"drag_vertex": 10**6},
+        {"contact": "guess"}, {"contact": "solve", "integrator": "backward-euler"},
+    ]  # fmt: skip
+    assert scenes.get("cape", walk_speed="2", **{"turn_period": 4}).walk_speed == 2.0
+    for name in scenes.SCENES:  # what a run records can be read back
+        scene = scenes.get(name)
+        assert scenes.get(name, **json.loads(json.dumps(scene.parameters()))) == scene
+    for wrong in nonsense:
+        with pytest.raises(MuslinError):
+            muslin.simulate("drape", steps=wrong.pop("steps", 1), **wrong)
+
+
+def test_wind_pushes_a_sheet_with_the_drag_of_its_area():
+    """A unit square across a wind of speed u feels drag/2 u^2 along its normal; along the wind it feels nothing."""
+    model, state = simulation.build(scenes.get("hang", resolution=5, tilt=90, wind=(0, 0, 3), drag=2.0))
+    force = model.wind_force(state.x, state.v)
+    np.testing.assert_allclose(np.abs(force.sum(axis=0)), [0, 0, 2.0 / 2 * 9 * 1.0], atol=1e-12)
+    assert force.sum(axis=0)[2] > 0
+    model.wind = (4.0, 1.0, 0.0)
+    np.testing.assert_allclose(model.wind_force(state.x, state.v), 0, atol=1e-12)
