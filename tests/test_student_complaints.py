@@ -200,6 +200,16 @@ FILES = {
     "breakpoint at the bottom": (f"{TI}{FUNC}breakpoint()\n", 6, "Take that line out"),
     "input at the bottom": (f"{TI}{FUNC}x = input()\n", 6, "Take that line out"),
     "ti.init": (f"{TI}ti.init(arch=ti.cpu)\n{FUNC}", 3, "take that line out"),
+    "a file that is not there": (f"{TI}open('values.txt')\n{FUNC}", 3, "importing the file fails: FileNotFoundError"),
+    "an error of the system's": (f"{TI}raise OSError(5, 'no')\n{FUNC}", 3, "importing the file fails: OSError"),
+    "an error without a word": (f"{TI}raise OSError\n{FUNC}", 3, "importing the file fails: OSError.\n"),
+    "an error no one catches": (f"{TI}raise GeneratorExit\n{FUNC}", 3, "importing the file fails: GeneratorExit"),
+    "an error that fails": (
+        f"{TI}class E(Exception):\n    def __str__(self):\n        raise OSError\nraise E\n{FUNC}", 6,
+        "importing the file fails: E."),
+    "a function out of a text": (f"{TI}exec('''{FUNC}''')\n", None, "def psi(...): on the line below"),
+    "a function without a name": (
+        f"{TI}psi = ti.func(lambda s, mu, lam: mu)\n", None, "def psi(...): on the line below"),
     "anything else at the bottom": (f"{TI}{FUNC}print(1 / 0)\n", 6, "take out what else stands there"),
     "a helper in a file of one's own": (f"{TI}from utils import f\n{FUNC}", 3, "into strain_energy.py itself"),
     "another task file": (f"{TI}import stress\n{FUNC}", 3, "into strain_energy.py itself"),

@@ -47,6 +47,15 @@ class SimulationError(MuslinError):
     """A simulation that cannot start or has blown up."""
 
 
+def said(error: BaseException) -> str:
+    """Kind and text of an error, also of one whose own text cannot be had."""
+    try:
+        text = str(error).strip()
+    except Exception:  # a class of the student's own
+        text = ""
+    return f"{type(error).__name__}: {text}" if text else type(error).__name__
+
+
 def choices(word: str, known: Iterable[str]) -> str:
     """What there is where somebody asked for `word`: what was probably meant, and the list unless it is long."""
     names = list(known)

@@ -16,7 +16,7 @@ from typing import Any
 
 from muslin import engine, paths, source, syntax
 from muslin.engine import inside
-from muslin.errors import MuslinError, StudentCodeError
+from muslin.errors import MuslinError, StudentCodeError, said
 from muslin.reading import vocabulary
 
 #: Marks later versions of a file in the name its code goes by.
@@ -50,7 +50,9 @@ def module(path: Path) -> ModuleType | MuslinError:
     try:
         with _locked():
             exec(code, made.__dict__)
-    except (Exception, SystemExit) as error:
+    except KeyboardInterrupt:  # somebody does not want to wait for it
+        raise
+    except BaseException as error:
         return _trouble(error, path, text, made)
     return made
 
@@ -109,29 +111,29 @@ def _trouble(error: BaseException, path: Path, text: str, made: ModuleType) -> S
 
 
 def _said(error: BaseException) -> str:
-    return f"importing the file fails: {type(error).__name__}: {str(error).rstrip('.')}"
+    return f"importing the file fails: {said(error).rstrip('.')}"
 
 
 def _words(error: BaseException, text: str, line: int, made: ModuleType) -> tuple[str, str]:
     """What is wrong, and what to do, for an error while the top level of a file is run."""
-    said = str(error)
+    what = said(error)
     statement = next((s for s in ast.parse(text).body if _covers(s, line)), None)
     decorated = isinstance(statement, ast.FunctionDef)
     name = statement.name if isinstance(statement, ast.FunctionDef) else ""
     if isinstance(error, ImportError):
         return _not_imported(error, made)
-    if decorated and ("annotated" in said or "kernel" in said):
+    if decorated and ("annotated" in what or "kernel" in what):
         wrong = decorator(made, name)
         return (
             "a task is a Taichi function, not a kernel",
             f'Write "@ti.func" above def {name}, not "{wrong}".',
         )
-    if decorated and "missing 1 required positional argument: 'fn'" in said:
+    if decorated and "missing 1 required positional argument: 'fn'" in what:
         return "the decorator has brackets", 'Write "@ti.func" without brackets.'
-    if isinstance(error, NameError) and re.search(r"'(ti|taichi)' is not defined", said):
+    if isinstance(error, NameError) and re.search(r"'(ti|taichi)' is not defined", what):
         return "ti is not known yet", "Write import taichi as ti at the top of the file."
     if decorated and isinstance(error, (NameError, AttributeError)):
-        return f"there is no such decorator ({said})", f"Write @ti.func above def {name}."
+        return f"there is no such decorator ({error})", f"Write @ti.func above def {name}."
     called = _called(statement, made)
     if called and not decorated:
         return (
@@ -139,7 +141,7 @@ def _words(error: BaseException, text: str, line: int, made: ModuleType) -> tupl
             f"Take this line out. To try {called}: muslin check {called}, or muslin.evaluate as the handout shows.",
         )
     if isinstance(error, MuslinError):
-        return said.rstrip("."), "Take this line out: it runs whenever the file is read."
+        return str(error).rstrip("."), "Take this line out: it runs whenever the file is read."
     return _said(
         error
     ), "Only imports, constants and functions belong into the file: take out what else stands there."

@@ -8,6 +8,7 @@ a folder by path, so any folder with those files is a submission; one broken fil
 from __future__ import annotations
 
 import ast
+import contextlib
 import inspect
 import re
 import sys
@@ -308,7 +309,7 @@ def _sound(task: Task, module: ModuleType, where: str) -> Callable[..., Any]:
             f"{place}: {task.name} takes ({', '.join(given)}).",
             f"It must take ({', '.join(expected)}){order}.",
         )
-    tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(function))))
+    tree = _text(function, task.name, place)
     if is_stub(tree):
         raise NotImplementedYet(
             f"not implemented yet: {task.name} ({where}){_left_over(tree, module, task.name)}"
@@ -316,6 +317,24 @@ def _sound(task: Task, module: ModuleType, where: str) -> Callable[..., Any]:
     if not any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(tree)):
         raise StudentCodeError(f"{place}: {task.name} returns nothing.", "End it with return and the result.")
     return function
+
+
+def _text(function: Callable[..., Any], name: str, place: str) -> ast.Module:
+    """The text of a function, which Taichi needs to compile it.
+
+    Raises
+    ------
+    StudentCodeError
+        If it has none of its own: it was made by exec, eval or lambda.
+    """
+    with contextlib.suppress(OSError, TypeError, SyntaxError):
+        tree = ast.parse(textwrap.dedent(inspect.getsource(inspect.unwrap(function))))
+        if isinstance(tree.body[0], (ast.FunctionDef, ast.AsyncFunctionDef)):
+            return tree
+    raise StudentCodeError(
+        f"{place}: {name} has no text that Taichi could read.",
+        f"Write it as the handout does: @ti.func, and def {name}(...): on the line below.",
+    )
 
 
 def _absent(task: Task, module: ModuleType, where: str) -> StudentCodeError:

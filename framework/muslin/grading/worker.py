@@ -252,7 +252,7 @@ def serve(
     import numpy as np
 
     from muslin import batch, reading, tasks
-    from muslin.errors import MuslinError, NotImplementedYet
+    from muslin.errors import MuslinError, NotImplementedYet, said
     from muslin.grading import wire
 
     os.listdir(Path(os.__file__).parent)  # a user who may not read Python cannot run anything
@@ -305,8 +305,7 @@ def serve(
         except MuslinError as error:
             reply["error"] = ["code", str(error)[:LONGEST_MESSAGE]]
         except BaseException as error:
-            text = f"{type(error).__name__}: {error}"
-            reply["error"] = ["python", text[:LONGEST_MESSAGE]]
+            reply["error"] = ["python", said(error)[:LONGEST_MESSAGE]]
         _flush()
         wire.send(channel, reply, results)
 
