@@ -1,14 +1,19 @@
-"""The report about a class: one self-contained page, whose only script sorts and filters its table."""
+"""The report about a class: one self-contained page, whose only script sorts and filters its table.
+
+What it looks like is in `page.html.j2`; here is what it says.
+"""
 
 from __future__ import annotations
 
 import base64
 import hashlib
-import html
 import statistics
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Mapping, Sequence
-from importlib import resources
+from dataclasses import dataclass, field
+from typing import Any
+
+from markupsafe import Markup
 
 from muslin.classes.gradebook import NOTES, Row
 from muslin.classes.press import SIZE, Printed
@@ -17,6 +22,7 @@ from muslin.engine import ENGINES
 from muslin.grading.record import FAILED, NOT_IMPLEMENTED
 from muslin.grading.views.text import one_line, points
 from muslin.tasks import Assignment, Task
+from muslin.templates import filled, verbatim
 
 #: How a task can stand: name in the style sheet -> in words.
 STANDS = {"full": "right", "part": "partly", "none": "wrong, or cannot be run", "open": "not implemented yet"}
@@ -45,67 +51,42 @@ def render(
     passed_over : sequence of str
         What in the folder of submissions was none.
     """
-    style = resources.files("muslin.grading.views").joinpath("report.css").read_text("utf-8")
-    style += resources.files("muslin.classes").joinpath("class.css").read_text("utf-8")
-    script = resources.files("muslin.classes").joinpath("class.js").read_text("utf-8")
+    script = verbatim("classes/class.js")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
-    policy = (
-        f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data:; "
-        "base-uri 'none'; form-action 'none'"
+    tasks = list(table.tasks.values())
+    return filled(
+        "classes/page",
+        policy=Markup(
+            f"default-src 'none'; script-src 'sha256-{digest}'; style-src 'unsafe-inline'; img-src data:; "
+            "base-uri 'none'; form-action 'none'"
+        ),
+        script=script,
+        title=f"{one_line(table.title)}: the class",
+        table=table,
+        tasks=tasks,
+        rows=rows,
+        failed=[row for row in rows if row.error],
+        names={row.key: row.submission.name for row in rows},
+        numbers=_numbers(rows, table),
+        bars=_totals(rows, table),
+        done=[(task, Counter(_stand(row, task) for row in rows if _stand(row, task))) for task in tasks],
+        mistakes=_mistakes(rows),
+        pictures=_pictures(rows, printed),
+        alike=alike,
+        passed_over=passed_over,
+        circumstances=_circumstances(rows, table),
+        # how it is said
+        stands=STANDS,
+        stands_of=_stand,
+        points=points,
+        ids=lambda row: ", ".join(student.id for student in row.submission.students if student.id),
+        longest=NOTES,
+        examples=EXAMPLES,
+        size=SIZE,
     )
-    names = {row.key: row.submission.name for row in rows}
-    sections = [
-        ("failures", "Not graded", _failures(rows)),
-        ("grades", "Grades", _grades(rows, table)),
-        ("totals", "Points", _totals(rows, table)),
-        ("tasks", "Tasks", _tasks(rows, table)),
-        ("mistakes", "Commonest mistakes", _mistakes(rows)),
-        ("pictures", "Simulations", _sheet(rows, printed)),
-        ("alike", "Alike", _alike(alike, names)),
-        ("others", "Beside the submissions", _list(passed_over)),
-    ]
-    shown = [(key, title, body) for key, title, body in sections if body]
-    links = "".join(f'<a href="#{key}">{title}</a>' for key, title, _ in shown)
-    body = "".join(
-        f'<section aria-labelledby="{key}">\n<h2 id="{key}">{title}</h2>\n{text}\n</section>\n'
-        for key, title, text in shown
-    )
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{policy}">
-<meta name="referrer" content="no-referrer">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{_line(table.title)}: the class</title>
-<style>{style}</style>
-</head>
-<body>
-<header>
-<h1>{_line(table.title)}</h1>
-<p class="from">The whole class</p>
-<ul class="numbers">{_numbers(rows, table)}</ul>
-<nav class="within" aria-label="On this page">{links}</nav>
-</header>
-<main>
-{body}</main>
-{_footer(rows, table)}
-<script>{script}</script>
-</body>
-</html>
-"""
 
 
-def _line(text: str, limit: int = 200) -> str:
-    return html.escape(one_line(text, limit))
-
-
-def _linked(row: Row) -> str:
-    name = _line(row.submission.name, 80)
-    return f'<a href="reports/{row.key}.html">{name}</a>' if row.record else name
-
-
-def _numbers(rows: Sequence[Row], table: Assignment) -> str:
+def _numbers(rows: Sequence[Row], table: Assignment) -> list[tuple[str, str]]:
     totals = [row.total for row in rows if row.total is not None]
     most = sum(task.points for task in table.tasks.values())
     said: list[tuple[str, str]] = [(str(len(rows)), "submission" + "s" * (len(rows) != 1))]
@@ -121,22 +102,7 @@ def _numbers(rows: Sequence[Row], table: Assignment) -> str:
         "not graded": sum(bool(row.error) for row in rows),
     }
     said += [(str(count), what) for what, count in counted.items() if count]
-    return "".join(f"<li><strong>{number}</strong>{what}</li>" for number, what in said)
-
-
-def _list(texts: Sequence[str]) -> str:
-    return "".join(f"<p>{_line(text, 500)}</p>" for text in texts)
-
-
-def _failures(rows: Sequence[Row]) -> str:
-    failed = [row for row in rows if row.error]
-    if not failed:
-        return ""
-    lines = "".join(
-        f"<tr><th scope='row'>{_line(row.submission.name)}</th><td>{_line(row.error, 500)}</td></tr>"
-        for row in failed
-    )
-    return f"<div class='scroll'><table><tbody>{lines}</tbody></table></div>"
+    return said
 
 
 def _stand(row: Row, task: Task) -> str:
@@ -152,191 +118,64 @@ def _stand(row: Row, task: Task) -> str:
     return "open" if graded and row.record[task.name].status == NOT_IMPLEMENTED else "none"  # type: ignore[index]
 
 
-def _grades(rows: Sequence[Row], table: Assignment) -> str:
-    heads = [
-        '<th scope="col" aria-sort="ascending"><button>Student</button></th>',
-        '<th scope="col"><button>Id</button></th>',
-        '<th scope="col" class="number"><button>Points</button></th>',
-        *(
-            f'<th scope="col" class="task number" title="{_line(task.title)}, {points(task.points)} points">'
-            f"<button>{_line(task.name)}</button></th>"
-            for task in table.tasks.values()
-        ),
-        '<th scope="col"><button>Notes</button></th>',
-    ]
-    lines = "".join(_grade(row, table) for row in rows)
-    return (
-        '<label id="filter" hidden>Find a student<input type="search" autocomplete="off"></label>'
-        '<div class="scroll grades" tabindex="0" role="region" aria-label="Grades">'
-        f'<table class="sortable"><thead><tr>{"".join(heads)}</tr></thead><tbody>\n{lines}</tbody></table></div>'
-    )
+@dataclass(frozen=True)
+class Bar:
+    """One bar of the plot of all points: where it stands and how tall it is [pixels], and what it counts."""
+
+    x: float
+    tall: float
+    begins: str
+    count: int
 
 
-def _grade(row: Row, table: Assignment) -> str:
-    total = "" if row.total is None else points(row.total)
-    hand = " hand" if row.by_hand() is not None else ""
-    cells = [
-        f'<th scope="row">{_linked(row)}</th>',
-        f"<td>{_line(', '.join(s.id for s in row.submission.students if s.id))}</td>",
-        f'<td class="number{hand}" data-value="{total}">{total or "–"}</td>',
-    ]
-    for task in table.tasks.values():
-        score, stand = row.score(task.name), _stand(row, task)
-        said = "" if score is None else points(score)
-        hand = " hand" if row.by_hand(task.name) is not None else ""
-        cells.append(
-            f'<td class="task {stand}{hand}" data-value="{said}" title="{_line(task.name)}: '
-            f'{STANDS.get(stand, "not graded")}{", set by hand" if hand else ""}">{said or "–"}</td>'
-        )
-    cells.append(f'<td class="notes">{_line(row.told(), NOTES)}</td>')
-    return f"<tr>{''.join(cells)}</tr>\n"
-
-
-def _totals(rows: Sequence[Row], table: Assignment) -> str:
+def _totals(rows: Sequence[Row], table: Assignment) -> dict[str, Any] | None:
     """How many have how many points, in tenths of what there is."""
     most = sum(task.points for task in table.tasks.values())
     totals = [row.total for row in rows if row.total is not None]
     if not totals:
-        return ""
+        return None
     bins = [0] * 10
     for total in totals:
         bins[min(int(10 * total / most), 9)] += 1
     width, height, highest = 560, 150, max(bins)
-    parts = []
-    for k, count in enumerate(bins):
-        tall = round(height * count / highest, 1)
-        x = 4 + k * width / 10
-        parts.append(
-            f'<rect class="tall" x="{x:g}" y="{20 + height - tall:g}" width="{width / 10 - 4:g}" height="{tall:g}"/>'
-        )
-        if count:
-            parts.append(
-                f'<text x="{x + width / 20 - 2:g}" y="{15 + height - tall:g}" text-anchor="middle">{count}</text>'
-            )
-        parts.append(
-            f'<text x="{x - 2:g}" y="{height + 36}" text-anchor="middle">{points(k * most / 10)}</text>'
-        )
-    parts.append(f'<text x="{width}" y="{height + 36}" text-anchor="middle">{points(most)}</text>')
-    said = ", ".join(f"{count} from {points(k * most / 10)}" for k, count in enumerate(bins) if count)
-    return (
-        f'<figure class="totals"><svg viewBox="-8 0 {width + 24} {height + 42}" role="img" '
-        f'aria-label="Students by points: {said}">{"".join(parts)}'
-        f'<line class="axis" x1="0" x2="{width}" y1="{height + 20}" y2="{height + 20}"/></svg>'
-        "<figcaption>Students by points</figcaption></figure>"
-    )
+    bars = [
+        Bar(4 + k * width / 10, round(height * count / highest, 1), points(k * most / 10), count)
+        for k, count in enumerate(bins)
+    ]
+    said = ", ".join(f"{bar.count} from {bar.begins}" for bar in bars if bar.count)
+    return {"width": width, "height": height, "bars": bars, "most": points(most), "said": said}
 
 
-def _tasks(rows: Sequence[Row], table: Assignment) -> str:
-    """How each task was done, as bars."""
-    key = "".join(
-        f'<li><svg viewBox="0 0 10 10" aria-hidden="true"><rect class="{stand}" width="10" height="10"/></svg>'
-        f"{words}</li>"
-        for stand, words in STANDS.items()
-    )
-    charts = []
-    for task in table.tasks.values():
-        counts = Counter(_stand(row, task) for row in rows)
-        whole = sum(counts[stand] for stand in STANDS) or 1
-        bars = []
-        for k, stand in enumerate(STANDS):
-            long = round(160 * counts[stand] / whole, 1)
-            y = 16 * k
-            bars.append(
-                f'<rect class="{stand}" x="0" y="{y}" width="{max(long, 1.0):g}" height="12" rx="2"/>'
-            )
-            bars.append(f'<text x="{long + 6:g}" y="{y + 10}">{counts[stand]}</text>')
-        said = ", ".join(f"{counts[stand]} {words}" for stand, words in STANDS.items())
-        charts.append(
-            f'<figure><h3 class="name">{_line(task.name)}</h3><span class="title">{_line(task.title)}, '
-            f"{points(task.points)} points, {100 * counts['full'] / whole:.0f}% right</span>"
-            f'<svg viewBox="0 0 190 62" role="img" aria-label="{_line(task.name)}: {said}">{"".join(bars)}</svg>'
-            "</figure>"
-        )
-    return f'<ul class="legend">{key}</ul><div class="charts">{"".join(charts)}</div>'
+@dataclass
+class Mistake:
+    """One mistake, in the words of the first who made it, and who did."""
+
+    task: str
+    cause: str
+    diagnosis: str
+    advice: str
+    who: list[Row] = field(default_factory=list)
 
 
-def _mistakes(rows: Sequence[Row]) -> str:
+def _mistakes(rows: Sequence[Row]) -> list[Mistake]:
     """The mistakes that were recognised, by how many made them."""
-    made: dict[tuple[str, str], list[Row]] = defaultdict(list)
-    words: dict[tuple[str, str], tuple[str, str]] = {}
+    made: dict[tuple[str, str], Mistake] = {}
     for row in rows:
         for task in row.record or ():
             check = next((c for c in task.checks if c.status == FAILED and c.cause), None)
             if check is not None:
-                made[task.name, check.cause].append(row)
-                words.setdefault((task.name, check.cause), (check.diagnosis, check.advice))
-    order = sorted(made, key=lambda mistake: (-len(made[mistake]), mistake))[:MISTAKES]
-    items = []
-    for mistake in order:
-        who = made[mistake]
-        examples = ", ".join(_linked(row) for row in who[:EXAMPLES])
-        more = f" and {len(who) - EXAMPLES} more" if len(who) > EXAMPLES else ""
-        said, advice = words[mistake]
-        items.append(
-            f'<li><div class="count">{len(who)}<span>student{"s" * (len(who) != 1)}</span></div><div>'
-            f'<h3><span class="name">{_line(mistake[0])}</span></h3><p>{_line(said, 600)}</p>'
-            + (f'<p class="quiet">Next step: {_line(advice, 600)}</p>' if advice else "")
-            + f'<p class="quiet">For example: {examples}{more}</p></div></li>'
-        )
-    return f'<ol class="mistakes">{"".join(items)}</ol>' if items else ""
+                first = Mistake(task.name, check.cause, check.diagnosis, check.advice)
+                made.setdefault((task.name, check.cause), first).who.append(row)
+    return sorted(made.values(), key=lambda one: (-len(one.who), one.task, one.cause))[:MISTAKES]
 
 
-def _sheet(rows: Sequence[Row], printed: Mapping[str, Printed]) -> str:
-    """Every simulation's last frame."""
-    figures = []
-    for row in rows:
-        made = printed.get(row.key)
-        if made is None:
-            continue
-        if made.picture:
-            data = base64.b64encode(made.picture).decode()
-            shown = (
-                f'<img width="{SIZE[0]}" height="{SIZE[1]}" loading="lazy" '
-                f'alt="Last frame of {_line(row.submission.name, 80)}" src="data:image/png;base64,{data}">'
-            )
-        else:
-            shown = f'<div class="blank">{_line(made.why, 200)}</div>'
-        figures.append(f"<figure>{shown}<figcaption>{_linked(row)}</figcaption></figure>")
-    return f'<div class="sheet">{"".join(figures)}</div>' if figures else ""
+def _pictures(rows: Sequence[Row], printed: Mapping[str, Printed]) -> list[tuple[Row, str, str]]:
+    """Every simulation's last frame, or why there is none."""
+    made = [(row, printed[row.key]) for row in rows if row.key in printed]
+    return [(row, base64.b64encode(one.picture).decode(), one.why) for row, one in made]
 
 
-def _alike(alike: Alike, names: Mapping[str, str]) -> str:
-    """Advice on who may have copied, from each other or from the published solution."""
-    pairs = alike.pairs
-    advice = (
-        "<p>Submissions that share passages few others have, stubs left out. <strong>This is advice where to look, "
-        "never a verdict</strong>: there are few ways to write a right formula, and students learn together. Read "
-        "both before you say a word.</p>"
-    )
-    advice += _published(alike, names)
-    if not pairs:
-        return f'{advice}<p class="quiet">No two submissions stand out.</p>'
-    lines = "".join(
-        f'<tr><th scope="row">{_line(names[pair.first], 80)}</th><th scope="row">{_line(names[pair.second], 80)}</th>'
-        f'<td class="number">{100 * pair.share:.0f}%</td><td class="number">{pair.shared}</td>'
-        f"<td>{_line(', '.join(pair.files))}</td></tr>"
-        for pair in pairs
-    )
-    return (
-        f'{advice}<div class="scroll"><table><thead><tr><th scope="col">One</th><th scope="col">Other</th>'
-        '<th scope="col" class="number">Of the smaller</th><th scope="col" class="number">Passages</th>'
-        f'<th scope="col">Files</th></tr></thead><tbody>{lines}</tbody></table></div>'
-    )
-
-
-def _published(alike: Alike, names: Mapping[str, str]) -> str:
-    """Who may have handed in the published solution."""
-    if alike.published is None:
-        return '<p class="quiet">The published solution is not here to compare with.</p>'
-    lines = "".join(
-        f'<tr><th scope="row">{_line(names[key], 80)}</th><td>resembles the published solution in '
-        f"{_line(', '.join(files), 500)}</td></tr>"
-        for key, files in alike.published.items()
-    )
-    return f'<div class="scroll"><table><tbody>{lines}</tbody></table></div>' if lines else ""
-
-
-def _footer(rows: Sequence[Row], table: Assignment) -> str:
+def _circumstances(rows: Sequence[Row], table: Assignment) -> list[tuple[str, str]]:
     records = [row.record for row in rows if row.record]
     levels = Counter(record.safety.level for record in records)
     versions = Counter(
@@ -356,5 +195,4 @@ def _footer(rows: Sequence[Row], table: Assignment) -> str:
     ]
     if any(instructors):
         entries[1] = (entries[1][0], f"{entries[1][1]}, {max(instructors)} per task from the instructor")
-    lines = "".join(f"<dt>{name}</dt><dd>{_line(value, 500)}</dd>" for name, value in entries if value)
-    return f'<footer aria-label="How this was graded"><dl>{lines}</dl></footer>'
+    return entries

@@ -5,7 +5,6 @@ from __future__ import annotations
 import base64
 import contextlib
 import hashlib
-import html
 import io
 import json
 import os
@@ -24,7 +23,7 @@ from muslin.classes.ledger import write
 from muslin.classes.work import python
 from muslin.errors import MuslinError
 from muslin.grading.record import from_json
-from muslin.grading.views.text import one_line, points
+from muslin.grading.views.text import points
 
 #: How long one report may take [s], the first with Taichi's start and compilation.
 FIRST, EACH = 240.0, 60.0
@@ -72,7 +71,7 @@ def _printed(folder: Path, row: Row, machine: _Machine) -> Printed:
     assert row.record is not None
     counts = row.as_it_counts()
     assert counts is not None
-    work = {"record": counts.as_json(), "banner": _banner(row)}
+    work = {"record": counts.as_json(), "head": _head(row)}
     told = {**work, "record": counts.as_json(timing=False), "muslin": muslin.__version__}
     digest = hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()
     report, picture = folder / "reports" / f"{row.key}.html", folder / "pictures" / f"{row.key}.png"
@@ -93,13 +92,11 @@ def _printed(folder: Path, row: Row, machine: _Machine) -> Printed:
     return Printed(drawn, answer["why"])
 
 
-def _banner(row: Row) -> str:
+def _head(row: Row) -> dict[str, Any]:
     """What was set by hand, for the head of the student's report."""
     if not row.overrides and not row.submission.late:
-        return ""
-    said = "".join(f"<li>{html.escape(one_line(note, 500))}</li>" for note in row.notes())
-    total = f"Counts: {points(row.total or 0.0)} points."
-    return f'<section aria-label="Notes" class="instead"><strong>{total}</strong><ul>{said}</ul></section>'
+        return {}
+    return {"counts": f"Counts: {points(row.total or 0.0)} points.", "notes": row.notes()}
 
 
 class _Machine:
@@ -169,8 +166,7 @@ def _made(work: dict[str, Any], draw: bool) -> dict[str, Any]:
             why = str(error)
         except Exception as error:
             why = f"The renderer failed ({type(error).__name__})."
-    page = views.render(record, "html", quality="draft" if picture else "none")
-    page = page.replace("<main>", f"<main>{work['banner']}", 1)
+    page = views.render(record, "html", quality="draft" if picture else "none", **work["head"])
     return {"report": page, "picture": base64.b64encode(picture).decode(), "why": why}
 
 

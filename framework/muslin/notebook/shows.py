@@ -7,12 +7,10 @@ import contextlib
 import io
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
-from functools import cache
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
-from jinja2 import Environment, FileSystemLoader
 
 from muslin import paths
 from muslin.errors import MuslinError
@@ -20,6 +18,7 @@ from muslin.runs import RunFolder
 from muslin.student import checking
 from muslin.student.checking import Report
 from muslin.student.workspace import Workspace
+from muslin.templates import filled
 
 if TYPE_CHECKING:
     from muslin.simulation import Run
@@ -45,16 +44,6 @@ _MARKS = {
     checking.TODO: "to do",
     checking.ERROR: "does not run",
 }
-
-
-@cache
-def _environment() -> Environment:
-    return Environment(loader=FileSystemLoader(Path(__file__).parent / "templates"), autoescape=True)
-
-
-def filled(template: str, **values: Any) -> str:
-    """A template of this folder as HTML, every value escaped."""
-    return _environment().get_template(f"{template}.html").render(**values)
 
 
 @dataclass(frozen=True)
@@ -95,7 +84,7 @@ class Verdicts:
                     "rows": rows,
                 }
             )
-        return filled("verdicts", reports=told, green=self.green, colours=_COLOURS, marks=_MARKS)
+        return filled("notebook/verdicts", reports=told, green=self.green, colours=_COLOURS, marks=_MARKS)
 
 
 @dataclass(frozen=True)
@@ -109,7 +98,7 @@ class Drawn:
 
     def _repr_html_(self) -> str:
         template = "video" if self.path.suffix == ".mp4" else "picture"
-        return filled(template, source=_data(self.path.read_bytes(), DRAWN[self.path.suffix]))
+        return filled(f"notebook/{template}", source=_data(self.path.read_bytes(), DRAWN[self.path.suffix]))
 
 
 @dataclass(frozen=True)
@@ -124,7 +113,7 @@ class Page:
         return f"({self.title}: shown where there is a browser)"
 
     def _repr_html_(self) -> str:
-        return filled("page", page=self.page, title=self.title, height=self.height)
+        return filled("notebook/page", page=self.page, title=self.title, height=self.height)
 
 
 def run_html(run: Run) -> str:
@@ -136,7 +125,7 @@ def run_html(run: Run) -> str:
         rows.append(("written to", paths.shown(run.folder)))
     pictures = [_data(_png(picture), DRAWN[".png"]) for picture in _pictures(run)]
     return filled(
-        "run", title=run.scene.title, time=f"{last['time']:.2f}", steps=last["step"], vertices=len(run.x),
+        "notebook/run", title=run.scene.title, time=f"{last['time']:.2f}", steps=last["step"], vertices=len(run.x),
         rows=rows, pictures=pictures,
     )  # fmt: skip
 

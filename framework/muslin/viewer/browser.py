@@ -21,6 +21,8 @@ import numpy as np
 
 from muslin.errors import MuslinError
 from muslin.export.animation import unit_normals
+from muslin.render.materials import STRAIN_STOPS
+from muslin.templates import filled
 from muslin.viewer import scenery
 from muslin.viewer.session import ACTIONS, Action, Session
 
@@ -250,7 +252,8 @@ class Face:
             self._show_hand()
         self._visible(self.legend, session.strain)
         if self._new("legend", self._reach):
-            self.legend.content = _legend(self._reach)
+            ends = (1 - self._reach, 1, 1 + self._reach)
+            self.legend.content = filled("viewer/legend", stops=STRAIN_STOPS, ends=ends)
         for name, switch in self.switches.items():
             if switch.value != getattr(session, name):
                 switch.value = getattr(session, name)
@@ -317,16 +320,6 @@ def _some_mesh(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.ndarray,
 def _plain(text: str) -> str:
     """Text that Markdown leaves alone."""
     return "".join(f"\\{c}" if c in "\\`*_{}[]<>()#+-!|~$" else c for c in text)
-
-
-def _legend(reach: float) -> str:
-    stops = ", ".join(("#1f4e9c", "#3f83c4", "#8fbfe0", "#f3f1ec", "#f2a582", "#d4574a", "#96152b"))
-    ends = "".join(f"<span>{value:g}</span>" for value in (1 - reach, 1, 1 + reach))
-    return (
-        f'<div style="margin:0.5em 1em;font-size:0.8em"><div style="height:0.7em;border-radius:3px;'
-        f'background:linear-gradient(90deg, {stops})"></div>'
-        f'<div style="display:flex;justify-content:space-between">{ends}</div>principal stretch</div>'
-    )
 
 
 def glb(vertices: np.ndarray, triangles: np.ndarray, colours: np.ndarray) -> bytes:

@@ -1,36 +1,71 @@
-"""Energies over time as inline SVG: one small plot for each, the submission's line over the reference's."""
+"""Energies over time: what is on one small plot for each, the submission's line over the reference's.
+
+`energy_plot.html.j2` draws it as inline SVG.
+"""
 
 from __future__ import annotations
 
 import math
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 Rows = Sequence[Sequence[float]]
 
 NAMES = ("kinetic", "elastic", "gravity")
-WIDTH, HEIGHT = 340, 220
-LEFT, RIGHT, TOP, BOTTOM = 52, 330, 14, 184
+
+
+@dataclass(frozen=True)
+class Frame:
+    """Size of a plot, and where the field of its lines begins and ends [pixels]."""
+
+    width: int = 340
+    height: int = 220
+    left: int = 52
+    right: int = 330
+    top: int = 14
+    bottom: int = 184
+
+
+@dataclass(frozen=True)
+class Plot:
+    """One energy's plot.
+
+    Attributes
+    ----------
+    name : str
+        Of the energy.
+    note : str
+        Where the submission's line leaves the plot; empty if it does not.
+    said : str
+        The plot in words; empty if there is nothing to draw.
+    rows, columns : tuple of (str, str)
+        Height (place across) of each round number, and the number.
+    lines : tuple of (str, str)
+        "reference" or "yours", and the points of its line.
+    """
+
+    name: str
+    note: str
+    said: str = ""
+    rows: tuple[tuple[str, str], ...] = ()
+    columns: tuple[tuple[str, str], ...] = ()
+    lines: tuple[tuple[str, str], ...] = ()
+    frame: Frame = Frame()
+
 
 #: Most points of a line, and how many times the reference's range a plot may show.
 MOST, REACH = 300, 4.0
 
 
-def plots(energies: Rows, reference: Rows) -> list[tuple[str, str, str]]:
+def plots(energies: Rows, reference: Rows) -> list[Plot]:
     """One plot per energy.
 
     Parameters
     ----------
     energies, reference : rows of (time, kinetic, elastic, gravity)
         [s, J, J, J]; what is not a finite number is left out.
-
-    Returns
-    -------
-    list of (name, SVG, note)
-        The note says where the submission's line leaves the plot; it is empty if it does not.
     """
-    return [
-        (name, *_plot(name, _curve(energies, k), _curve(reference, k))) for k, name in enumerate(NAMES, 1)
-    ]
+    return [_plot(name, _curve(energies, k), _curve(reference, k)) for k, name in enumerate(NAMES, 1)]
 
 
 def _curve(rows: Rows, column: int) -> list[tuple[float, float]]:
@@ -42,12 +77,10 @@ def _curve(rows: Rows, column: int) -> list[tuple[float, float]]:
     ]
 
 
-def _plot(
-    name: str, yours: list[tuple[float, float]], reference: list[tuple[float, float]]
-) -> tuple[str, str]:
+def _plot(name: str, yours: list[tuple[float, float]], reference: list[tuple[float, float]]) -> Plot:
     base = reference or yours
     if not base:
-        return "", "No energies were recorded."
+        return Plot(name, "No energies were recorded.")
     low, high = _padded(min(y for _, y in base), max(y for _, y in base))
     span = high - low
     low = max(min([low, *(y for _, y in yours)]), low - REACH * span)
@@ -55,39 +88,31 @@ def _plot(
     start, end = _padded(min(t for t, _ in base), max(t for t, _ in base), 0.0)
     outside = [y for _, y in yours if not low <= y <= high]
     note = f"Your line leaves the plot: it reaches {outside[-1]:.3g} J." if outside else ""
+    frame = Frame()
 
-    def place(t: float, y: float) -> str:
-        across = LEFT + (min(max(t, start), end) - start) / (end - start) * (RIGHT - LEFT)
-        up = BOTTOM - (min(max(y, low - span), high + span) - low) / (high - low) * (BOTTOM - TOP)
-        return f"{across:.1f},{up:.1f}"
+    def across(t: float) -> str:
+        part = (min(max(t, start), end) - start) / (end - start)
+        return f"{frame.left + part * (frame.right - frame.left):.1f}"
 
-    def line(curve: list[tuple[float, float]], kind: str) -> str:
-        return (
-            f'<polyline class="{kind}" points="{" ".join(place(t, y) for t, y in curve)}"/>' if curve else ""
-        )
+    def height(y: float) -> str:
+        part = (min(max(y, low - span), high + span) - low) / (high - low)
+        return f"{frame.bottom - part * (frame.bottom - frame.top):.1f}"
 
-    grid = []
-    for y in _round_numbers(low, high, 4):
-        height = place(start, y).split(",")[1]
-        grid.append(f'<line class="grid" x1="{LEFT}" y1="{height}" x2="{RIGHT}" y2="{height}"/>')
-        grid.append(f'<text x="{LEFT - 6}" y="{height}" dy="4" text-anchor="end">{_short(y)}</text>')
-    for t in _round_numbers(start, end, 4):
-        across = place(t, low).split(",")[0]
-        grid.append(f'<text x="{across}" y="{BOTTOM + 16}" text-anchor="middle">{_short(t)}</text>')
     said = f"{name} energy over time"
     if yours and reference:
         said += f": at the end yours is {yours[-1][1]:.4g} J, the reference {reference[-1][1]:.4g} J"
-    svg = (
-        f'<svg viewBox="0 0 {WIDTH} {HEIGHT}" role="img" aria-label="{said}">'
-        f'<clipPath id="clip-{name}"><rect x="{LEFT}" y="{TOP - 4}" width="{RIGHT - LEFT + 2}" '
-        f'height="{BOTTOM - TOP + 8}"/></clipPath>'
-        f"{''.join(grid)}"
-        f'<line class="axis" x1="{LEFT}" y1="{BOTTOM}" x2="{RIGHT}" y2="{BOTTOM}"/>'
-        f'<g clip-path="url(#clip-{name})">{line(reference, "reference")}{line(yours, "yours")}</g>'
-        f'<text x="{(LEFT + RIGHT) // 2}" y="{HEIGHT - 4}" text-anchor="middle">time [s]</text>'
-        "</svg>"
+    return Plot(
+        name,
+        note,
+        said,
+        tuple((height(y), _short(y)) for y in _round_numbers(low, high, 4)),
+        tuple((across(t), _short(t)) for t in _round_numbers(start, end, 4)),
+        tuple(
+            (kind, " ".join(f"{across(t)},{height(y)}" for t, y in curve))
+            for kind, curve in (("reference", reference), ("yours", yours))
+            if curve
+        ),
     )
-    return svg, note
 
 
 def _padded(low: float, high: float, pad: float = 0.06) -> tuple[float, float]:

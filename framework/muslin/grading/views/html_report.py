@@ -1,26 +1,42 @@
-"""One self-contained HTML page for the student and the instructor: no scripts, nothing loaded from elsewhere."""
+"""One self-contained HTML page for the student and the instructor: no scripts, nothing loaded from elsewhere.
+
+What it looks like is in `report.html.j2`; here is what it says.
+"""
 
 from __future__ import annotations
 
 import base64
-import html
 from collections import Counter
-from importlib import resources
+from collections.abc import Sequence
+from typing import Any
+
+from markupsafe import Markup
 
 from muslin.errors import MuslinError
-from muslin.grading.record import ERROR, FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Check, Record, TaskResult
+from muslin.grading.record import ERROR, FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Record, TaskResult
 from muslin.grading.views import energy_plot, story
 from muslin.grading.views.text import capped, one_line, points
+from muslin.templates import filled
 
 #: What a browser may do with the page: apply its own style, show the pictures in it, and nothing else.
-POLICY = "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
+POLICY = Markup(
+    "default-src 'none'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; form-action 'none'"
+)
 
 #: Sign and colour of a status; the words say the same.
-_GLYPHS = {PASSED: "✓", FAILED: "✗", ERROR: "✗", NOT_IMPLEMENTED: "○", SKIPPED: "–"}
+_SIGNS = {PASSED: "✓", FAILED: "✗", ERROR: "✗", NOT_IMPLEMENTED: "○", SKIPPED: "–"}
 _TONES = {PASSED: "good", FAILED: "wrong", ERROR: "wrong", NOT_IMPLEMENTED: "open", SKIPPED: "quiet"}
 
+#: How statuses are counted in the page's first sentence.
+_COUNTED = {
+    PASSED: "passed",
+    FAILED: "not right yet",
+    ERROR: "cannot be run",
+    NOT_IMPLEMENTED: "not implemented yet",
+}
 
-def render(record: Record, quality: str = "good") -> str:
+
+def render(record: Record, quality: str = "good", counts: str = "", notes: Sequence[str] = ()) -> str:
     """The record as a page.
 
     Parameters
@@ -28,212 +44,110 @@ def render(record: Record, quality: str = "good") -> str:
     record : Record
     quality : {"draft", "good", "best", "none"}
         Of the pictures of the simulation; "none" leaves them out and starts no renderer.
+    counts : str
+        What counts in the end, where that is not the record's score.
+    notes : sequence of str
+        Why, to stand at the head of the page.
     """
-    title = _line(
-        f"{record.assignment.get('title', '')}: {points(record.score)} of {points(record.max_score)}"
-    )
-    style = resources.files("muslin.grading.views").joinpath("report.css").read_text("utf-8")
-    tasks = "".join(_task(k, number, task) for k, (number, task) in enumerate(story.numbered(record), 1))
-    return f"""<!DOCTYPE html>
-<html lang="en">
-<head>
-<meta charset="utf-8">
-<meta http-equiv="Content-Security-Policy" content="{POLICY}">
-<meta name="referrer" content="no-referrer">
-<meta name="viewport" content="width=device-width, initial-scale=1">
-<title>{title}</title>
-<style>{style}</style>
-</head>
-<body>
-{_header(record)}
-<main>
-<section aria-labelledby="tasks">
-<h2 id="tasks">Tasks</h2>
-{tasks}</section>
-<section aria-labelledby="simulation">
-<h2 id="simulation">The simulation</h2>
-{_simulation(record, quality)}
-</section>
-</main>
-{_footer(record)}
-</body>
-</html>
-"""
-
-
-def _line(text: str, limit: int = 200) -> str:
-    return html.escape(one_line(text, limit))
-
-
-def _text(text: str, limit: int = story.MESSAGE) -> str:
-    return html.escape(capped(text, limit))
-
-
-def _percent(part: float, whole: float) -> str:
-    return f"{100 * min(max(part / whole, 0.0), 1.0) if whole > 0 else 0:.1f}%"
-
-
-def _header(record: Record) -> str:
-    segments = "".join(
-        f'<a href="#task-{k}" style="flex: {max(float(task.max_score), 0.1):.2f}" '
-        f'title="{_line(task.name)}: {points(task.score)} of {points(task.max_score)}" '
-        f'aria-label="{_line(task.name)}: {points(task.score)} of {points(task.max_score)} points">'
-        f'<span class="bar" style="width: {_percent(task.score, task.max_score)}"></span></a>'
-        for k, task in enumerate(record.tasks, 1)
-    )
-    return f"""<header>
-<h1>{_line(record.assignment.get("title", ""))}</h1>
-<p class="from">{_line(record.submission.name)}</p>
-<p class="score"><strong>{points(record.score)}</strong> <span>of {points(record.max_score)} points</span></p>
-<nav class="whole" aria-label="Points by task">{segments}</nav>
-<p class="lead">{_lead(record)}</p>
-</header>"""
-
-
-def _lead(record: Record) -> str:
-    """Where things stand and where to go on, in two sentences."""
-    counts = Counter(task.status for task in record.tasks)
-    if record.tasks and counts[PASSED] == len(record.tasks):
-        return "Every task is right. Well done."
-    said = [
-        f"{counts[status]} {word}"
-        for status, word in (
-            (PASSED, "passed"),
-            (FAILED, "not right yet"),
-            (ERROR, "cannot be run"),
-            (NOT_IMPLEMENTED, "not implemented yet"),
-        )
-        if counts[status]
-    ]
-    unfinished = [(k, t) for k, t in enumerate(record.tasks, 1) if t.status != PASSED]
-    started = [(k, t) for k, t in unfinished if t.status != NOT_IMPLEMENTED] or unfinished
-    if not started:
-        return ""
-    k, task = started[0]
-    verb = "Begin" if counts[NOT_IMPLEMENTED] == len(record.tasks) else "Go on"
-    return (
-        f"Of {len(record.tasks)} tasks: {', '.join(said)}. {verb} with "
-        f'<a href="#task-{k}"><span class="name">{_line(task.name)}</span></a>, '
-        f"section {_line(task.section)} of the handout."
-    )
-
-
-def _task(k: int, number: str, task: TaskResult) -> str:
-    opened = " open" if task.status in (FAILED, ERROR) else ""
-    tone, glyph, word = _TONES[task.status], _GLYPHS[task.status], story.WORDS[task.status]
-    earned = f"{points(task.score)} / {points(task.max_score)}"
-    share = _percent(task.score, task.max_score)
-    return f"""<details class="task" id="task-{k}"{opened}>
-<summary>
-<span class="glyph {tone}" aria-hidden="true">{glyph}</span>
-<h3><span class="name">{_line(task.name)}</span> <span class="title">{_line(task.title)}</span></h3>
-<span class="word {tone}">{word}</span>
-<span class="track" aria-hidden="true"><span class="bar" style="width: {share}"></span></span>
-<span class="earned">{earned}</span>
-</summary>
-<div class="inside">
-<p class="quiet">Task {number}, section {_line(task.section)} of the handout, file <code>{_line(task.file)}</code></p>
-{_checks(task)}{_output(task)}</div>
-</details>
-"""
-
-
-def _checks(task: TaskResult) -> str:
-    if task.status == NOT_IMPLEMENTED:
-        return (
-            "<p>Not implemented yet. When you have written it, grade again: "
-            "its checks and any advice will appear here.</p>\n"
-        )
-    return "".join(_check(check) for check in task.checks)
-
-
-def _check(check: Check, heading: str = "h4") -> str:
-    first, _, rest = check.message.partition("\n")
-    glyph = f'<span class="glyph {_TONES[check.status]}" aria-hidden="true">{_GLYPHS[check.status]}</span>'
-    said = f'<span class="aloud">{check.status}: </span>'
-    parts = [f"<{heading}>{glyph} {said}{_line(check.name)}</{heading}>", f"<p>{_text(first)}</p>"]
-    if rest:
-        name = _line(f"{check.name}: numbers")
-        parts.append(f'<pre tabindex="0" role="region" aria-label="{name}">{_text(rest)}</pre>')
-    advice = [("Likely mistake", check.diagnosis), ("Next step", check.advice)]
-    if any(text for _, text in advice):
-        entries = "".join(f"<dt>{term}</dt><dd>{_text(text, 1500)}</dd>" for term, text in advice if text)
-        parts.append(f'<dl class="help">{entries}</dl>')
-    return f'<div class="check {check.status}">{"".join(parts)}</div>\n'
-
-
-def _output(task: TaskResult) -> str:
-    if not task.output:
-        return ""
-    return (
-        '<div class="check"><h4>Your code printed</h4>'
-        f'<pre tabindex="0" role="region" aria-label="Output of {_line(task.name)}">'
-        f"{_text(task.output, story.OUTPUT)}</pre></div>\n"
-    )
-
-
-def _simulation(record: Record, quality: str) -> str:
     simulation = record.simulation
-    tone, glyph = _TONES[simulation.status], _GLYPHS[simulation.status]
-    parts = [
-        f'<p><span class="glyph {tone}" aria-hidden="true">{glyph}</span> '
-        f'<span class="{tone}">{story.WORDS[simulation.status].capitalize()}.</span> '
-        f"{_text(simulation.message)}</p>"
-    ]
-    if simulation.stand_ins and simulation.status != SKIPPED:
-        names = ", ".join(f"<code>{_line(name)}</code>" for name in simulation.stand_ins[:50])
-        parts.append(f'<p class="quiet">Muslin’s own code stood in for {names}.</p>')
-    parts += [_check(check, "h3") for check in simulation.checks]
-    if simulation.status != SKIPPED or simulation.positions:
-        parts += [_pictures(record, quality), _energies(record)]
-    return "\n".join(part for part in parts if part)
+    ran = simulation.status != SKIPPED
+    shown = ran or bool(simulation.positions)
+    return filled(
+        "grading/views/report",
+        policy=POLICY,
+        title=one_line(
+            f"{record.assignment.get('title', '')}: {points(record.score)} of {points(record.max_score)}"
+        ),
+        record=record,
+        counts=counts,
+        notes=notes,
+        counted=_counted(record),
+        next=_next(record),
+        numbered=list(story.numbered(record)),
+        stand_ins=simulation.stand_ins[:50] if ran else (),
+        plots=_plots(record) if shown else [],
+        circumstances=_circumstances(record),
+        **(_pictures(record, quality) if shown else _no_pictures()),
+        # how it is said
+        message=story.MESSAGE,
+        output=story.OUTPUT,
+        signs=_SIGNS,
+        tones=_TONES,
+        words=story.WORDS,
+        opened=(FAILED, ERROR),
+        untouched=NOT_IMPLEMENTED,
+        points=points,
+        share=_share,
+        room=lambda task: max(float(task.max_score), 0.1),
+        in_two=_in_two,
+    )
 
 
-def _pictures(record: Record, quality: str) -> str:
+def _share(task: TaskResult) -> str:
+    part = task.score / task.max_score if task.max_score > 0 else 0
+    return f"{100 * min(max(part, 0.0), 1.0):.1f}%"
+
+
+def _in_two(message: str) -> tuple[str, str]:
+    """The first line of a check's message, and the rest."""
+    first, _, rest = message.partition("\n")
+    return capped(first, story.MESSAGE), capped(rest, story.MESSAGE)
+
+
+def _counted(record: Record) -> str:
+    counts = Counter(task.status for task in record.tasks)
+    return ", ".join(f"{counts[status]} {word}" for status, word in _COUNTED.items() if counts[status])
+
+
+def _next(record: Record) -> dict[str, Any] | None:
+    """Where to go on, if a task is left: what is begun comes first."""
+    unfinished = [(k, task) for k, task in enumerate(record.tasks, 1) if task.status != PASSED]
+    if not unfinished:
+        return None
+    begun = [(k, task) for k, task in unfinished if task.status != NOT_IMPLEMENTED]
+    k, task = (begun or unfinished)[0]
+    nothing = all(task.status == NOT_IMPLEMENTED for task in record.tasks)
+    return {"k": k, "task": task, "verb": "Begin" if nothing else "Go on"}
+
+
+def _no_pictures(why: str = "") -> dict[str, Any]:
+    return {"pictures": [], "no_pictures": why}
+
+
+def _pictures(record: Record, quality: str) -> dict[str, Any]:
+    """Both cloths at the end of the simulation, or why they cannot be shown."""
     if quality == "none":
-        return ""
+        return _no_pictures()
     try:
         from muslin.grading.views import pictures  # brings Taichi, which nothing else here needs
 
         yours, reference = pictures.draw(record.simulation, quality=quality)
     except MuslinError as error:
-        return f'<p class="instead">No picture: {_text(str(error), 500)}</p>'
+        return _no_pictures(capped(str(error), 500))
     except Exception as error:  # a report without pictures is better than none
-        return f'<p class="instead">No picture: the renderer failed ({_line(type(error).__name__)}).</p>'
-    scene = _line(record.simulation.scene)
+        return _no_pictures(f"the renderer failed ({one_line(type(error).__name__)}).")
+    scene = one_line(record.simulation.scene)
     said = (
         ("student", yours, "Your cloth", f"The cloth at the end of the scene {scene}, with your functions"),
         ("reference", reference, "The reference", f"The reference cloth at the end of the scene {scene}"),
     )
-    figures = "".join(
-        f'<figure><img id="{key}-picture" alt="{alt}" width="640" height="480" '
-        f'src="data:image/png;base64,{base64.b64encode(png).decode("ascii")}">'
-        f"<figcaption>{caption}</figcaption></figure>"
-        for key, png, caption, alt in said
-    )
-    return (
-        f'<div class="pair">{figures}</div>'
-        '<p class="key">Draping is chaotic: folds that fall a little differently are no mistake.</p>'
-    )
+    return {
+        "no_pictures": "",
+        "pictures": [
+            {"key": key, "data": base64.b64encode(png).decode("ascii"), "caption": caption, "alt": alt}
+            for key, png, caption, alt in said
+        ],
+    }
 
 
-def _energies(record: Record) -> str:
+def _plots(record: Record) -> list[energy_plot.Plot]:
     simulation = record.simulation
     if not simulation.energies and not simulation.reference_energies:
-        return ""
-    figures = "".join(
-        f"<figure><h3>{name.capitalize()} energy [J]</h3>{svg}"
-        + (f"<figcaption>{_line(note)}</figcaption>" if note else "")
-        + "</figure>"
-        for name, svg, note in energy_plot.plots(simulation.energies, simulation.reference_energies)
-    )
-    return (
-        f'<div class="plots" id="energy-plot">{figures}</div>'
-        '<p class="key"><span><i class="yours"></i>yours</span><span><i class="reference"></i>reference</span></p>'
-    )
+        return []
+    return energy_plot.plots(simulation.energies, simulation.reference_energies)
 
 
-def _footer(record: Record) -> str:
+def _circumstances(record: Record) -> list[tuple[str, str]]:
     entries = [*story.circumstances(record)]
     defences = record.safety.defences
     given = [name for name, there in defences.items() if there]
@@ -246,5 +160,4 @@ def _footer(record: Record) -> str:
     files = [f"{name} {digest[:12]}" for name, digest in list(record.submission.files.items())[:50]]
     if files:
         entries.append(("Files", ", ".join(one_line(file, 120) for file in files)))
-    rows = "".join(f"<dt>{_line(name)}</dt><dd>{_line(value, 2000)}</dd>" for name, value in entries)
-    return f'<footer aria-label="How this was graded"><dl>{rows}</dl></footer>'
+    return entries
