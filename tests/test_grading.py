@@ -17,6 +17,7 @@ import pytest
 import muslin
 from muslin import paths, tasks
 from muslin.errors import MuslinError
+from muslin.grading.kernels import Store
 from muslin.grading.record import from_json
 
 TABLE = tasks.assignment("cloth")
@@ -78,6 +79,12 @@ def test_the_untouched_stubs_get_nothing_and_say_so(stubs):
 def test_a_second_grading_says_the_same_to_the_last_byte(perfect, fresh):
     again = muslin.grade(SOLUTION, fresh=fresh)
     assert json.dumps(again.as_json(timing=False)) == json.dumps(perfect.as_json(timing=False))
+
+
+def test_what_a_submission_compiles_is_kept_for_its_next_grading(perfect):
+    kept = Store(perfect.submission.sha256)
+    for part in (*TABLE.files, "simulation"):
+        assert kept.load(part), f"nothing is kept of {part}"
 
 
 def test_a_record_survives_json(perfect):

@@ -31,7 +31,9 @@ def stacked(call, inputs):
 
 def ways(function, inputs, expected, kinds):
     """Every sensible way to call a function on the samples of a task."""
-    if getattr(function, "_is_taichi_function", False):
+    from muslin.engine.inside import is_function
+
+    if is_function(function):
         from muslin.batch import evaluate
         names = list(inspect.signature(function).parameters)
         yield lambda: evaluate(function, results=kinds, **dict(zip(names, inputs)))

@@ -13,16 +13,20 @@ from muslin.grading.kernels import Store
 HOSTILE = """
 import os, pathlib
 for home in (os.path.expanduser("~"), HOME, "kernels"):
-    for folder in (".cache/taichi/ticache", ".", "muslin/grading", ".cache/muslin/grading"):
-        if home == "kernels" and folder != ".":
-            continue  # a folder in there, and nothing would be kept at all
+    for folder in (".cache/taichi/ticache", ".cache/quadrants/qdcache/kernel_compilation_manager", ".",
+                   "kernel_compilation_manager", "muslin/grading", ".cache/muslin/grading"):
+        if home == "kernels" and "/" in folder:
+            continue  # so deep in there, and nothing would be kept at all
         try:
             target = pathlib.Path(home, folder)
             target.mkdir(parents=True, exist_ok=True)
-            for name in ("ticache.tcb", "T0000.tic", "TOKEN.tic", "../../TOKEN.tic"):
+            for name in ("ticache.tcb", "qdcache.qdb", "T0000.tic", "T0000.qdc", "TOKEN.tic", "../../TOKEN.tic"):
                 (target / name).write_bytes(b"TOKEN poison")
         except OSError:
             pass
+for kept in pathlib.Path("kernels").rglob("*"):  # what its own earlier grading has compiled
+    if kept.is_file():
+        kept.write_bytes(b"TOKEN poison")
 """
 
 
@@ -39,5 +43,5 @@ def test_nobody_else_meets_what_was_planted(attack):
     own = cache / Store(record.submission.sha256)._folder.name
     kept = [path for path in cache.rglob("*") if path.is_file() and planted in path.read_bytes()]
     assert all(own in path.parents for path in kept)
-    for folder in (".cache/taichi", ".cache/muslin"):
+    for folder in (".cache/taichi", ".cache/quadrants", ".cache/muslin"):
         assert not list((Path.home() / folder).rglob(f"{attack.token}*"))

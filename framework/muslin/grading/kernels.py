@@ -9,6 +9,7 @@ from __future__ import annotations
 import contextlib
 import hashlib
 import io
+import re
 from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
@@ -22,6 +23,9 @@ from muslin.writing import write
 
 #: Largest store of one part of a submission, and of all submissions together [bytes].
 LARGEST_PART, LARGEST_TOTAL = 20_000_000, 300_000_000
+
+#: A file of compiled kernels, as a worker may call it: in the engine's folder or in one below, such as Quadrants'.
+_NAME = re.compile(r"kernels/(?:\w+/)?\w[\w.-]*", re.ASCII)
 
 
 class Store:
@@ -71,10 +75,7 @@ class Store:
 
 def sound(files: Mapping[str, np.ndarray]) -> bool:
     """Whether files are what a worker's compiled kernels should be, in name, type and size."""
-    named = all(
-        name.startswith("kernels/") and name.count("/") == 1 and ".." not in name and data.dtype == np.uint8
-        for name, data in files.items()
-    )
+    named = all(_NAME.fullmatch(name) and data.dtype == np.uint8 for name, data in files.items())
     return named and sum(data.nbytes for data in files.values()) <= LARGEST_PART
 
 

@@ -22,7 +22,7 @@ from muslin.grading.patience import Patience, TooLate
 __all__ = ["Form", "Garbled", "Gone", "TooLate", "receive", "send"]
 
 #: Largest frame and largest header of one [bytes], longest name of an array.
-LARGEST_FRAME, LARGEST_HEADER, LONGEST_NAME = 64_000_000, 200_000, 100
+LARGEST_FRAME, LARGEST_HEADER, LONGEST_NAME = 64_000_000, 200_000, 200
 
 #: How deep a header may be nested, how many axes an array may have.
 DEEPEST, MOST_AXES = 8, 4

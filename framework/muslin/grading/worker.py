@@ -270,6 +270,7 @@ def serve(
             if header["do"] == "load":
                 kernels.mkdir(exist_ok=True)
                 for name, data in arrays.items():
+                    (home / name).parent.mkdir(parents=True, exist_ok=True)
                     (home / name).write_bytes(data.tobytes())
                 table = tasks.read_assignment(home)
                 reset = _start(debug)
@@ -292,8 +293,9 @@ def serve(
             elif header["do"] == "kernels":
                 reset()
                 results = {
-                    f"kernels/{path.name}": np.frombuffer(path.read_bytes(), dtype=np.uint8)
-                    for path in sorted(kernels.iterdir())
+                    path.relative_to(home).as_posix(): np.frombuffer(path.read_bytes(), dtype=np.uint8)
+                    for path in sorted(kernels.rglob("*"))
+                    if path.is_file()  # Quadrants keeps them in a folder of its own
                 }
             else:
                 from muslin.grading import simulating
