@@ -195,14 +195,15 @@ class Attack:
 
     def _traces(self) -> dict[str, object]:
         """All that an attack could leave on this machine."""
-        shared = ("/tmp", "/var/tmp", "/dev/shm", "/run", str(Path.home()), os.getcwd(), "/")
+        shared = ("/tmp", "/var/tmp", "/dev/shm", "/dev/mqueue", "/run", str(Path.home()), os.getcwd(), "/")
         return {
             "processes": processes(self.token),
             "temporary": sorted(os.listdir(tempfile.gettempdir())),
             "files": [f"{d}/{n}" for d in shared if os.path.isdir(d) for n in _list(d) if self.token in n],
             "descriptors": len(_list("/proc/self/fd")),
             "sockets": _count("/proc/net/unix", self.token),
-            "mounts": _count("/proc/self/mounts", "muslin"),
+            "mounts": mounts(tempfile.gettempdir()),
+            "system v": system_v(self.token),
         }
 
 
@@ -234,6 +235,29 @@ def processes(token: str) -> list[int]:
         if ours or (state, parent) == ("Z", str(os.getpid())):
             found.append(int(entry))
     return found
+
+
+def mounts(folder: str) -> list[str]:
+    """What is mounted in a folder of ours; others on this machine grade, too."""
+    points = [line.split()[1] for line in Path("/proc/self/mounts").read_text(errors="replace").splitlines()]
+    return [point for point in points if f"{point}/".startswith(f"{folder}/")]
+
+
+def system_v_key(token: str) -> int:
+    """The key under which an attack makes segments, semaphores and queues, to know them by."""
+    return int(token[:7], 16) + 1
+
+
+def system_v(token: str) -> list[str]:
+    """Segments, semaphores and queues of System V with this token's key."""
+    tables = [Path(f"/proc/sysvipc/{kind}") for kind in ("shm", "sem", "msg")]
+    rows = [
+        (table.name, line)
+        for table in tables
+        if table.exists()
+        for line in table.read_text().splitlines()[1:]
+    ]
+    return [f"{kind} {line}" for kind, line in rows if int(line.split()[0]) == system_v_key(token)]
 
 
 @pytest.fixture(scope="session")

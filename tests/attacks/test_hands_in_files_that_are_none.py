@@ -48,3 +48,13 @@ def test_links_pipes_folders_and_doubles(attack, tmp_path):
         assert words in record[name].message, record[name].message
     assert record["phi"].status == "passed", "the one file of nearly the right name is taken"
     assert record["mass_block"].status == "passed"
+
+
+def test_a_function_python_cannot_read_costs_only_itself(attack):
+    text = honest()
+    line = next(k for k, row in enumerate(text.split("\n"), 1) if row.startswith("def sphere_contact")) + 1
+    broken = text.replace("def sphere_contact(x, c, r):\n", "def sphere_contact(x, c, r):\n    d = 2 x\n")
+    record = attack({"collision.py": broken}, spoils=("sphere_contact",))
+    assert record["sphere_contact"].status == "error"
+    assert f"line {line}: Python cannot read this" in record["sphere_contact"].message
+    assert record["filter_velocity"].status == "passed"

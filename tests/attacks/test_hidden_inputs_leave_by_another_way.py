@@ -27,7 +27,13 @@ def is_hidden(arrays):
 LOCKS = """
 import fcntl, os, time
 folder = os.path.dirname(os.__file__)
-files = [os.open(f"{folder}/{n}", os.O_RDONLY) for n in sorted(os.listdir(folder)) if n.endswith(".py")][:65]
+files = []
+for name in sorted(os.listdir(folder)):
+    try:
+        if name.endswith(".py") and len(files) < 65:
+            files.append(os.open(f"{folder}/{name}", os.O_RDONLY))
+    except OSError:  # a link to what is not in sight
+        pass
 def locked(k):
     try:
         fcntl.flock(files[k], fcntl.LOCK_SH | fcntl.LOCK_NB)

@@ -14,28 +14,77 @@ import sys
 import time
 
 import pytest
+import test_fills_the_memory as memory
+import test_forks_and_threads_without_end as forks
 import test_leaves_folders_that_resist as resisting
-from attacking import BYSTANDER, LEVEL, honest, processes, write
+import test_never_ends as never_ends
+from attacking import BYSTANDER, LEVEL, honest, mounts, processes, system_v_key, write
 
+from muslin import paths
 from muslin.authoring import reference_data
 
-GRADINGS = int(os.environ.get("MUSLIN_GRADINGS", "5"))
+GRADINGS = int(os.environ.get("MUSLIN_GRADINGS", "10"))
 HANGS = "import time\ntime.sleep(1e6)\n"
+SHARES = """
+import ctypes
+libc = ctypes.CDLL(None)
+libc.shmget(KEY, ctypes.c_size_t(4096), 0o1600)
+libc.semget(KEY, 1, 0o1600)
+libc.msgget(KEY, 0o1600)
+libc.mq_open(b"/TOKEN", 0o102, 0o600, None)
+for folder in ("/dev/shm", "/tmp", "/var/tmp"):
+    try:
+        open(folder + "/TOKEN", "w").close()
+    except OSError:
+        pass
+"""
+ENDLESS = (
+    never_ends.KERNEL.replace("ENDLESS", "kinetic_energy")
+    .replace("ARGUMENTS", "v0, v1, v2, area, rho, h")
+    .replace("RESULT", "area * k")
+)
+#: What is handed in: code in front of the solution's, or HONEST where that goes.
 KINDS = {
     "honest": "",
+    "endless": f"HONEST{ENDLESS}",
+    "forks": forks.HOSTILE,
+    "ends": "import os\nos._exit(3)\n",
+    "memory": memory.HOSTILE,
+    "crashes": "import ctypes\nctypes.string_at(0)\n",
+    "shares": SHARES,
     "deep": resisting.DEEP,
     "closed": resisting.CLOSED,
-    "ends": "import os\nos._exit(3)\n",
-    "crashes": "import ctypes\nctypes.string_at(0)\n",
-    "threads": "import threading\nfor _ in range(90):\n    try:\n        threading.Thread(target=input).start()\n"
-    "    except RuntimeError:\n        pass\n",
     "garbage": "raise ValueError('\\x1b[2J')\n",
 }
+
+
+#: Kinds that leave the other task of their file alone.
+SOUND = ("honest", "endless", "forks", "memory", "shares", "deep", "closed")
+
+
+def handed_in(folder, token, number):
+    """So many submissions, each with bytes of its own: one of every kind, stubs, and so on from the beginning."""
+    kinds = itertools.islice(itertools.cycle((*KINDS, "stubs")), number)
+    return [
+        write(folder / f"{k}-{kind}", {BYSTANDER: f"# {k}\n{_written(kind, token)}"})
+        for k, kind in enumerate(kinds)
+    ]
+
+
+def _written(kind, token):
+    if kind == "stubs":
+        return (paths.assignment("cloth") / BYSTANDER).read_text(encoding="utf-8")
+    code = KINDS[kind] if "HONEST" in KINDS[kind] else f"{KINDS[kind]}HONEST"
+    code = code.replace("TOKEN", token).replace("KEY", str(system_v_key(token)))
+    return code.replace("HONEST", honest(BYSTANDER))
+
+
 GRADE = """
 import sys
 import muslin
 for submission in sys.argv[2:]:
-    print(muslin.grade(submission, safety=sys.argv[1]).score)
+    record = muslin.grade(submission, safety=sys.argv[1], deadline=8.0, fresh=True)
+    print([(task.name, task.status, task.score) for task in record.tasks])
 """
 GRADE_CLASS = """
 import sys
@@ -45,17 +94,14 @@ print(grade_class(sys.argv[2], sys.argv[3], hidden=sys.argv[4], safety=sys.argv[
 
 
 def test_gradings_in_a_row_leave_nothing(attack, tmp_path):
-    kinds = list(itertools.islice(itertools.cycle(KINDS.items()), GRADINGS))
-    submissions = [
-        write(tmp_path / f"{k}-{name}", {BYSTANDER: f"# {k}\n{code}{honest(BYSTANDER)}"})
-        for k, (name, code) in enumerate(kinds)
-    ]
+    submissions = handed_in(tmp_path, attack.token, GRADINGS)
     attack.grade(submissions[0])  # whatever is opened once only
     before = attack._traces()
+    assert not any(before[kind] for kind in ("processes", "files", "mounts", "system v"))
     for submission in submissions:
-        record = attack.grade(submission, fresh=True)
+        record = attack.grade(submission, fresh=True, deadline=8.0)
         assert attack._traces() == before, submission.name
-        assert record["kinetic_energy"].max_score > 0
+        assert (record["mass_block"].status == "passed") == (submission.name.partition("-")[2] in SOUND)
 
 
 @pytest.fixture(scope="module")
@@ -88,18 +134,21 @@ def _class(folder, code, size=2):
     return folder
 
 
-def test_two_graders_and_two_classes_at_once_leave_nothing(tmp_path, scratch, hidden):
-    submissions = [
-        write(tmp_path / f"s{k}", {BYSTANDER: f"# {k}\n" + honest(BYSTANDER)})
-        for k in range(max(2, GRADINGS // 10))
-    ]
-    room = _class(tmp_path / "room", "", max(2, GRADINGS // 5))
+def test_two_graders_and_two_classes_at_once_leave_nothing(attack, tmp_path, scratch, hidden):
+    submissions = handed_in(tmp_path / "alone", attack.token, max(4, GRADINGS // 4))
+    handed_in(tmp_path / "room", attack.token, max(4, GRADINGS // 4))
     running = [_started(scratch, GRADE, *submissions) for _ in range(2)]
-    running += [_started(scratch, GRADE_CLASS, room, tmp_path / f"out{k}", hidden) for k in range(2)]
-    said = [process.communicate(timeout=600) for process in running]
+    running += [
+        _started(scratch, GRADE_CLASS, tmp_path / "room", tmp_path / f"out{k}", hidden) for k in range(2)
+    ]
+    said = [process.communicate(timeout=1800) for process in running]
     assert not any(process.returncode for process in running), said
     assert said[0][0] == said[1][0]
+    assert said[0][0].count("[(") == len(submissions)
+    left = attack._traces()
+    assert not any(left[kind] for kind in ("files", "mounts", "system v")), left
     assert not processes(str(scratch))
+    assert not mounts(str(scratch))
     assert not list(scratch.iterdir())
     tables = [(tmp_path / f"out{k}" / "grades.csv").read_bytes() for k in range(2)]
     assert tables[0] == tables[1]
