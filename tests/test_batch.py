@@ -156,6 +156,37 @@ def test_a_broken_file_costs_only_its_own_tasks(fault, tmp_path, capfd):
     assert "Traceback" not in "".join(capfd.readouterr())
 
 
+def test_a_function_python_cannot_read_costs_only_itself_and_who_uses_it(tmp_path):
+    for file in (ROOT / "solutions" / "cloth").glob("*.py"):
+        (tmp_path / file.name).write_bytes(file.read_bytes())
+    path = tmp_path / "strain_energy.py"
+    text = path.read_text(encoding="utf-8").replace(
+        "def psi(s, mu, lam):", "def psi(s, mu, lam):\n    y = 2 s[0]"
+    )
+    text += "\n\n@ti.func\ndef twice(s):\n    return 2.0 * psi(s, 1.0, 1.0)\n"
+    path.write_text(text.replace("def dpsi_ds(s, mu, lam):", "def dpsi_ds(s, mu, lam):\n    y = twice(s)"))
+    line = text.split("\n").index("    y = 2 s[0]") + 1
+    f, right = muslin.load(tmp_path), muslin.load(ROOT / "solutions" / "cloth")
+    for name, words in {"psi": "", "dpsi_ds": "dpsi_ds uses psi, which Python cannot read"}.items():
+        told = str(muslin.tasks.failure_of(f[name]))
+        assert words in told
+        assert f"line {line}: Python cannot read this" in told
+        assert "2 * s" in told
+    s = np.array([[1.2, 0.9, 1.0]])
+    got = [muslin.evaluate(g.d2psi_ds2, s=s, mu=2.0, lam=3.0) for g in (f, right)]
+    np.testing.assert_array_equal(*got)
+    got = [muslin.evaluate(g.right_cauchy_green, F=np.ones((1, 3, 3))) for g in (f, right)]
+    np.testing.assert_array_equal(*got)
+
+
+def test_a_file_that_uses_what_python_cannot_read_while_it_is_read_is_broken(tmp_path):
+    above = "import taichi as ti\n\n\n@ti.func\ndef sphere_contact(x, c, r):\n    return 2 x\n\n\n"
+    below = "@ti.func\ndef filter_velocity(v, n=sphere_contact):\n    return v\n"
+    (tmp_path / "collision.py").write_text(above + below)
+    told = str(muslin.tasks.failure_of(muslin.load(tmp_path).filter_velocity))
+    assert "line 6: Python cannot read this" in told
+
+
 def test_an_edited_file_is_read_anew(tmp_path):
     v, n = np.ones((1, 3)), np.ones((1, 3))
     first = submission(tmp_path, "filter_velocity", "return v * 2")

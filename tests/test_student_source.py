@@ -199,3 +199,97 @@ def test_a_long_line_is_shown_around_the_caret():
 def test_what_breaks_the_parser_is_still_a_sentence(text):
     with pytest.raises(StudentCodeError, match=r"f\.py.*: Python cannot read this"):
         syntax.parsed(text, "f.py")
+
+
+FILE = """import taichi as ti
+
+HALF = 0.5
+
+
+@ti.func
+def f(x):
+    return HALF * x
+
+
+@ti.func
+def g(x):
+    y = 2 * (x + 1)
+    return y
+
+
+@ti.func
+def h(x):
+    return x
+"""
+
+#: what is written instead -> (of what, functions that cannot be read, line and words of the first)
+BROKEN = {
+    "a missing *": ("2 * (x", "2 (x + 1) y", {"g"}, "line 13: "),
+    "a bracket never closed": ("(x + 1)", "(x + 1", {"g"}, "line 13: "),
+    "a docstring never closed": ("    y =", '    """\n    y =', {"g"}, "line 13: "),
+    "no body": ("    y = 2 * (x + 1)\n    return y\n", "", {"g"}, "line 15: "),
+    "a def without a colon": ("def g(x):", "def g(x)", {"g"}, "line 12: "),
+    "a def without a comma": ("def g(x):", "def g(x y):", {"g"}, "line 12: "),
+    "no decorator": ("@ti.func\ndef g(x):", "def g(x", {"g"}, "line 11: "),
+    "a closing bracket below": ("(x + 1)\n", "(x + 1 1\n)\n", {"g"}, "line 13: "),
+    "two of them": ("HALF * x", "HALF x", {"f"}, "line 8: "),
+    "the last": ("    return x\n", "    return x x\n", {"h"}, "line 19: "),
+}
+
+
+@pytest.mark.parametrize("mistake", BROKEN)
+def test_a_function_python_cannot_read_is_told_from_the_others(mistake):
+    right, wrong, names, words = BROKEN[mistake]
+    assert right in FILE
+    text, broken = source.legible(FILE.replace(right, wrong), {"f", "g", "h"}, "f.py")
+    assert set(broken) == names
+    assert words in str(next(iter(broken.values())))
+    read = source.Source(text)
+    assert set(read.functions) == {"f", "g", "h"} - names
+    for name, function in read.functions.items():
+        assert (
+            read.piece(function.lines).strip()
+            == source.Source(FILE).piece(source.Source(FILE).functions[name].lines).strip()
+        )
+        assert FILE.replace(right, wrong).split("\n")[function.node.lineno - 1] == f"def {name}(x):"
+
+
+def test_two_functions_python_cannot_read_are_each_told_with_their_line():
+    _, broken = source.legible(
+        FILE.replace("HALF * x", "HALF x").replace("2 * (", "2 ((("), {"f", "g"}, "f.py"
+    )
+    assert "line 8: " in str(broken["f"])
+    assert "line 13: " in str(broken["g"])
+
+
+UNCLEAR = {
+    "a helper": ("2 * (x", "2 (x + 1) y", {"f", "h"}),
+    "above the functions": ("HALF = 0.5", "HALF = = 0.5", {"f", "g", "h"}),
+    "a name that is not there": ("def g(", "def (", {"f", "g", "h"}),
+    "def misspelt": ("def g(", "df g(", {"f", "g", "h"}),
+    "a body in the first column": ("    y = 2", "y = 2", {"f", "g", "h"}),
+    "a constant below": ("    return y\n", "    return y y\nTWICE = 2\n", {"f", "g", "h"}),
+    "a merge": ("    y =", "<<<<<<< HEAD\n    y =", {"f", "g", "h"}),
+    "the name of another": ("def g(x):\n    y", "def f(x):\n    y y", {"g", "h"}),
+}
+
+
+@pytest.mark.parametrize("mistake", UNCLEAR)
+def test_where_it_cannot_be_told_what_is_broken_the_file_is(mistake):
+    right, wrong, names = UNCLEAR[mistake]
+    assert right in FILE
+    text = FILE.replace(right, wrong)
+    with pytest.raises(StudentCodeError) as whole:
+        syntax.parsed(text, "f.py")
+    with pytest.raises(StudentCodeError) as caught:
+        source.legible(text, names, "f.py")
+    assert str(caught.value) == str(whole.value)
+
+
+def test_a_docstring_in_the_first_column_hides_no_function():
+    text = FILE.replace("    y =", '    """\nof g\n    """\n    y =').replace(
+        "    return x\n", "    return x x\n"
+    )
+    read, broken = source.legible(text, {"f", "g", "h"}, "f.py")
+    assert set(broken) == {"h"}
+    assert set(source.Source(read).functions) == {"f", "g"}

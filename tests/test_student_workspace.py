@@ -152,6 +152,21 @@ def test_a_crash_costs_its_own_task_only(typed):
     assert "ok   dpsi_dF" in out
 
 
+def test_a_function_python_cannot_read_leaves_its_neighbours_alone(typed):
+    answer("strain_energy.py")
+    text = Path("strain_energy.py").read_text(encoding="utf-8")
+    Path("strain_energy.py").write_text(
+        text.replace("def psi(s, mu, lam):", "def psi(s, mu, lam):\n    y = 2 s")
+    )
+    code, out, _ = typed("check", "right_cauchy_green", "psi")
+    assert code == 1
+    assert "ok   right_cauchy_green" in out
+    assert "Python cannot read this" in out
+    rows = typed("list")[1].splitlines()
+    for task, state in {"right_cauchy_green": "green", "psi": "unreadable", "dpsi_ds": "not checked"}.items():
+        assert state in next(row for row in rows if f" {task} " in row)
+
+
 def test_an_index_that_crashes_is_named_at_a_second_look(typed):
     write("right_cauchy_green", "A = F\nfor k in range(20000):\n    A[k * 1000, 0] = 1.0\nreturn A")
     code, out, err = typed("check", "right_cauchy_green")

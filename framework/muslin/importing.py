@@ -9,7 +9,7 @@ import linecache
 import re
 import sys
 import traceback
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -17,16 +17,22 @@ from typing import Any
 from muslin import engine, paths, source, syntax
 from muslin.engine import inside
 from muslin.errors import MuslinError, StudentCodeError, said
-from muslin.reading import vocabulary
+from muslin.reading import page, vocabulary
 
 #: Marks later versions of a file in the name its code goes by.
 _VERSION = " (version "
 
+#: Where an imported file keeps the text that was read of it, and what was left out.
+_READ, _LEFT_OUT = "__read__", "__left_out__"
+
 _versions = itertools.count(2)
 
 
-def module(path: Path) -> ModuleType | MuslinError:
-    """Import one student file, without letting it restart Taichi; or what keeps it from being imported."""
+def module(path: Path, names: Collection[str] = ()) -> ModuleType | MuslinError:
+    """Import one student file, without letting it restart Taichi; or what keeps it from being imported.
+
+    Functions of these `names` that Python cannot read are `left_out`, where they can be told from the rest.
+    """
     where = paths.shown(path)
     if not path.is_file():
         return StudentCodeError(f"{where} is missing.", "Copy it back from the assignment.")
@@ -36,6 +42,7 @@ def module(path: Path) -> ModuleType | MuslinError:
         text = source.decoded(path.read_bytes(), where)
         if re.match(r'\s*\{\s*"(cells|metadata|nbformat)"', text):
             return StudentCodeError(f"{where} is a notebook, not a Python file.", "Export it as .py.")
+        text, broken = source.legible(text, names, where)
         filename = _remembered(path, text)
         code = syntax.compiled(text, filename, where)
     except MuslinError as error:
@@ -43,6 +50,7 @@ def module(path: Path) -> ModuleType | MuslinError:
     except OSError as error:
         return StudentCodeError(f"{where} cannot be read: {error.strerror}.")
     made = ModuleType(f"muslin_student_{path.stem}")
+    made.__dict__[_READ] = text
     made.__file__ = filename
     known = engine.builtins_with()
     known = vars(known) if isinstance(known, ModuleType) else known
@@ -53,7 +61,9 @@ def module(path: Path) -> ModuleType | MuslinError:
     except KeyboardInterrupt:  # somebody does not want to wait for it
         raise
     except BaseException as error:
-        return _trouble(error, path, text, made)
+        # it may well be for want of what was left out
+        return next(iter(broken.values()), None) or _trouble(error, path, text, made)
+    made.__dict__.update({_READ: text, _LEFT_OUT: broken})  # whatever the file has made of them
     return made
 
 
@@ -187,7 +197,25 @@ def _not_imported(error: ImportError, made: ModuleType) -> tuple[str, str]:
 
 
 def _tree(made: ModuleType) -> ast.Module:
-    return ast.parse("".join(linecache.getlines(made.__file__ or "")))
+    return ast.parse(made.__dict__[_READ])
+
+
+def left_out(made: ModuleType) -> dict[str, StudentCodeError]:
+    """Functions of an imported file that Python cannot read, and what is wrong with them."""
+    return dict(made.__dict__[_LEFT_OUT])
+
+
+def needs(made: ModuleType, name: str) -> set[str]:
+    """Names of the file that a function uses, or one that it uses."""
+    functions = {node.name: node for node in _tree(made).body if isinstance(node, ast.FunctionDef)}
+    found: set[str] = set()
+    for one in page.used(functions, name):
+        nodes = list(ast.walk(functions[one]))
+        names = [node for node in nodes if isinstance(node, ast.Name)]
+        own = {node.arg for node in nodes if isinstance(node, ast.arg)}
+        own |= {node.id for node in names if isinstance(node.ctx, ast.Store)}
+        found |= {node.id for node in names} - own
+    return found
 
 
 def row(made: ModuleType, line: int) -> str:

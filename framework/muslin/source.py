@@ -10,10 +10,11 @@ import codecs
 import contextlib
 import hashlib
 import io
+import itertools
 import linecache
 import re
 import tokenize
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Sequence
 from dataclasses import dataclass
 from importlib.util import decode_source
 from pathlib import Path
@@ -220,6 +221,71 @@ def rows(text: str) -> list[str]:
 def remember(filename: str, text: str) -> None:
     """Have Python and Taichi find the source of functions under a name that need not be a file's."""
     linecache.cache[filename] = (len(text), None, rows(text), filename)
+
+
+#: A line with which a function begins.
+_BEGINS = re.compile(r"@|(?:async[ \t]+)?def\b")
+#: The line with its name.
+_NAMED = re.compile(r"(?:async[ \t]+)?def[ \t]+(\w+)")
+
+
+def legible(text: str, names: Collection[str], where: str) -> tuple[str, dict[str, StudentCodeError]]:
+    """A file without those functions that Python cannot read, if they can be told from the rest of it.
+
+    It is cut wherever a function begins in the first column, and each piece is read alone. A piece that Python cannot
+    read is left out if it is one of the functions in `names` and nothing else: blank lines stand in its place, and
+    all other lines keep their numbers.
+
+    Parameters
+    ----------
+    text : str
+    names : collection of str
+        Functions that may be left out: where a helper is broken, it cannot be told whom that concerns.
+    where : str
+        What the file is called in messages.
+
+    Returns
+    -------
+    text : str
+    broken : dict
+        What is wrong with each function that is left out, by name.
+
+    Raises
+    ------
+    StudentCodeError
+        If it cannot be told what is broken: what Python says of the whole file.
+    """
+    try:
+        syntax.compiled(text, where, where)
+        return text, {}
+    except StudentCodeError as error:
+        whole = error
+    rows = syntax.lines(text)
+    begins = [k for k, row in enumerate(rows) if _BEGINS.match(row)]
+    starts = [k for n, k in enumerate(begins) if n == 0 or rows[begins[n - 1]][0] != "@"]
+    broken: dict[str, StudentCodeError] = {}
+    for start, stop in itertools.pairwise([0, *starts, len(rows)]):
+        try:
+            syntax.compiled("\n" * start + "".join(rows[start:stop]), where, where)
+        except StudentCodeError as error:
+            name = _only_function(rows[start:stop])
+            if name not in names or name in broken:
+                raise whole from None
+            broken[name] = error
+            rows[start:stop] = ["\n"] * (stop - start)
+    rest = "".join(rows)
+    try:
+        syntax.compiled(rest, where, where)
+    except StudentCodeError:
+        raise whole from None
+    return rest, broken if len(broken) != 1 else dict.fromkeys(broken, whole)
+
+
+def _only_function(rows: Sequence[str]) -> str:
+    """Name of the function that these lines are, as far as their first columns tell; empty if more stands there."""
+    first = [row for row in rows if row[0] not in " \t\r\n\f#)]}@"]
+    named = _NAMED.match(first[0]) if len(first) == 1 else None
+    return named[1] if named is not None else ""
 
 
 def without_docstring(node: ast.FunctionDef) -> str:

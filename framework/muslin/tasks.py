@@ -2,7 +2,8 @@
 
 A manifest (`assignment.toml`, beside the solution and in every released assignment) is the single list of what
 a student fills in: it drives stub generation, loading, checking, points and the handout's tables. `load` reads
-a folder by path, so any folder with those files is a submission; one broken file costs only its own tasks.
+a folder by path, so any folder with those files is a submission. One broken file costs only its own tasks, and one
+function that Python cannot read only itself, where it can be told from the others.
 """
 
 from __future__ import annotations
@@ -248,7 +249,7 @@ def load(folder: Path | str, table: Assignment | str = "cloth") -> Functions:
             f"There are no task files in {paths.shown(folder)}.",
             f"Go to the folder with {table.files[0]}, or name it with --functions.",
         )
-    modules = {file: importing.module(folder / file) for file in table.files}
+    modules = {file: importing.module(folder / file, table.tasks) for file in table.files}
     return Functions(
         folder, table, {task.name: _find(task, modules[task.file], folder) for task in table.tasks.values()}
     )
@@ -291,8 +292,13 @@ def _sound(task: Task, module: ModuleType, where: str) -> Callable[..., Any]:
     MuslinError
         With what is wrong, and the line.
     """
+    left_out = importing.left_out(module)
+    if task.name in left_out:
+        raise left_out[task.name]
     function = getattr(module, task.name, None)
     if not callable(function):
+        if left_out:  # it may stand in what could not be read
+            raise next(iter(left_out.values()))
         raise _absent(task, module, where)
     place = f"{where}, line {line}" if (line := importing.line_of_def(module, task.name)) else where
     if not inside.is_function(function):
@@ -313,6 +319,10 @@ def _sound(task: Task, module: ModuleType, where: str) -> Callable[..., Any]:
     if is_stub(tree):
         raise NotImplementedYet(
             f"not implemented yet: {task.name} ({where}){_left_over(tree, module, task.name)}"
+        )
+    for name in sorted(importing.needs(module, task.name) & left_out.keys()) if left_out else ():
+        raise StudentCodeError(
+            f"{place}: {task.name} uses {name}, which Python cannot read.\n{left_out[name].message}"
         )
     if not any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(tree)):
         raise StudentCodeError(f"{place}: {task.name} returns nothing.", "End it with return and the result.")

@@ -30,16 +30,17 @@ def standings(workspace: Workspace) -> list[Standing]:
     texts: dict[str, source.Source | None] = {}
     for file in workspace.table.files:
         try:
-            texts[file] = source.Source(source.read(workspace.folder / file))
+            text, _ = source.legible(source.read(workspace.folder / file), workspace.table.tasks, file)
+            texts[file] = source.Source(text)
         except MuslinError:
             texts[file] = None
     found, order = [], list(workspace.table.tasks)
     for task in workspace.table.tasks.values():
-        text = texts[task.file]
+        read = texts[task.file]
         status = UNREADABLE
-        if text is not None and task.name in text.functions:
+        if read is not None and task.name in read.functions:
             known = verdicts.get(task.name, {})
-            if is_stub(text.functions[task.name].node):
+            if is_stub(read.functions[task.name].node):
                 status = TODO
             elif known.get("key") == workspace.key(task.name):
                 status = known["status"]
