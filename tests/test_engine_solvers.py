@@ -23,13 +23,13 @@ def a_system(size, solver, held=(), project=True, **options):
     x = state.x * (1.1, 0.95, 1.0) + 1e-3 * np.random.default_rng(0).normal(size=state.x.shape)
     fixed = np.zeros(len(x), bool)
     fixed[list(held)] = True
-    blocks = model.cloth.pattern.layout
-    system = System(blocks.row, blocks.col, fixed, solver, project, model.cloth.X, **options)
-    model.cloth.update(x)
-    model.cloth.prepare("hessian", project=project)
-    model.cloth.assembly(system.layout, system.data)(1e-6)
-    K = model.cloth.stiffness_here(project)
-    return system, model.cloth.pattern.matrix(model.cloth.mass_data + 1e-6 * K)
+    blocks = model.body.pattern.layout
+    system = System(blocks.row, blocks.col, fixed, solver, project, model.body.X, **options)
+    model.body.update(x)
+    model.body.prepare("hessian", project=project)
+    model.body.assembly(system.layout, system.data)(1e-6)
+    K = model.body.stiffness_here(project)
+    return system, model.body.pattern.matrix(model.body.mass_data + 1e-6 * K)
 
 
 def replace_solver(scene, solver):

@@ -122,9 +122,9 @@ def test_a_drape_with_the_limit_has_no_spikes():
         model, state = simulation.build(chosen)
         met = []
         for _ in range(60):
-            model.cloth.update(state.x)
+            model.body.update(state.x)
             state = linearly_implicit_euler(model, state, chosen.dt)
-            met.append(model.cloth.stretches(state.x)[:, 0].max())
+            met.append(model.body.stretches(state.x)[:, 0].max())
         np.testing.assert_array_equal(state.x, run.x)
         longest[limit] = max(met[30:])
     assert stored[1.01] < stored[0] / 3, stored

@@ -41,7 +41,7 @@ def test_contacts_in_the_system_are_a_constrained_step():
     """Against the dense system with a multiplier for every vertex that presses."""
     scene = scenes.get("drape", contact="solve", resolution=9, dt=1 / 60, floor=False)
     model, state = simulation.build(scene)
-    cloth, dt = model.cloth, scene.dt
+    cloth, dt = model.body, scene.dt
     for _ in range(40):
         cloth.update(state.x)
         state, last = integrators.linearly_implicit_euler(model, state, dt), state

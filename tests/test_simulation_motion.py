@@ -9,7 +9,7 @@ import pytest
 import muslin
 from muslin import scenes, simulation
 from muslin.errors import MuslinError, SimulationError
-from muslin.integrators import State, linearly_implicit_euler
+from muslin.integrators import State, linearly_implicit_euler, steps
 from muslin.runs import RunFolder
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -132,12 +132,12 @@ def test_a_step_is_the_linear_system_of_the_lecture(solution):
     carried = rng.normal(size=(2, 3))
     model.held_velocity = lambda time, dt: carried
     dt, n = 1 / 60, len(state.x)
-    model.cloth.update(state.x)
+    model.body.update(state.x)
     after = linearly_implicit_euler(model, state, dt)
-    M = model.cloth.mass.toarray()
-    K = model.cloth.hessian(state.x, project=True).toarray()
+    M = model.body.mass.toarray()
+    K = model.body.hessian(state.x, project=True).toarray()
     K[60:63, 60:63] += 50.0 * np.eye(3)
-    f = M @ np.tile([0, -9.81, 0], n) - model.cloth.gradient(state.x).ravel()
+    f = M @ np.tile([0, -9.81, 0], n) - model.body.gradient(state.x).ravel()
     f[60:63] += 50.0 * (np.array([0.1, 0.5, 0]) - state.x[20])
     held = np.zeros((n, 3), bool)
     held[model.held] = True
@@ -181,3 +181,18 @@ def test_a_line_search_keeps_newton_on_the_way_down():
 def test_a_collapsed_triangle_is_named_and_no_function_blamed(solution):
     with pytest.raises(SimulationError, match=r"Triangle 0 .* has collapsed"):
         muslin.simulate("course", functions=solution, stretch=(1, 0, 0), steps=1)
+
+
+def test_steps_go_on_from_where_they_are_asked_and_the_body_is_there():
+    scene = scenes.get("hang", resolution=5)
+    model, start = simulation.build(scene)
+    states = steps(model, start, scene.dt, scene.integrator, 4)
+    x = [start.x]
+    assert next(states) is start
+    for k, state in enumerate(states, start=1):
+        assert state.time == pytest.approx(k * scene.dt)
+        assert model.body.energy_here() == model.body.energy(state.x)
+        x.append(state.x)
+    assert len(x) == 5
+    again = steps(model, start, scene.dt, scene.integrator)  # without end
+    np.testing.assert_array_equal([next(again).x for _ in range(5)], x)

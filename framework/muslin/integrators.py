@@ -11,11 +11,13 @@ contact from moving inwards.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+import itertools
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from muslin import newton
 from muslin.cloth import Cloth
 from muslin.colliders import (
     CONTACT,
@@ -60,11 +62,11 @@ class State:
 
 @dataclass
 class Model:
-    """Everything that acts on a cloth.
+    """Everything that acts on a body.
 
     Parameters
     ----------
-    cloth : Cloth
+    body : Cloth
     gravity : (3,)
         Acceleration [m/s^2]; its force is M g, from the mass matrix.
     held : (k,) int array
@@ -90,7 +92,7 @@ class Model:
         Largest principal stretch that a step may end with, above 1 (see `muslin.elements.limit`); 0: any.
     """
 
-    cloth: Cloth
+    body: Cloth
     gravity: np.ndarray
     held: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
     held_velocity: Callable[[float, float], np.ndarray] | None = None
@@ -107,31 +109,29 @@ class Model:
     def __post_init__(self) -> None:
         from muslin.elements.contact import Detection, Response
 
-        cloth, n = self.cloth, len(self.cloth.X)
+        body, n = self.body, len(self.body.X)
         held = np.zeros(n, dtype=bool)
         held[self.held] = True
-        blocks = cloth.pattern.layout
-        self.system = System(blocks.row, blocks.col, held, self.solver, self.project, cloth.X, self.tolerance)
-        self._assemble = cloth.assembly(self.system.layout, self.system.data)
-        self._couple = cloth.assembly(self.system.coupling)
-        self._impulse = cloth.impulse()
+        blocks = body.pattern.layout
+        self.system = System(blocks.row, blocks.col, held, self.solver, self.project, body.X, self.tolerance)
+        self._assemble = body.assembly(self.system.layout, self.system.data)
+        self._couple = body.assembly(self.system.coupling)
+        self._impulse = body.impulse()
         self._free = ~held if held.any() else None
         self._detect: Detect = native_contact
         self.filter: Filter = native_filter
-        if functions := cloth.by_student("detection"):
+        if functions := body.by_student("detection"):
             self._detect = Detection(functions.sphere_contact, n)
-        if functions := cloth.by_student("response"):
+        if functions := body.by_student("response"):
             self.filter = Response(functions.filter_velocity, n)
         self.limit: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
         if self.stretch_limit:
             from muslin.elements.limit import StretchLimit
 
-            weights = cloth.mass.sum(axis=1).A1[::3]
-            self.limit = StretchLimit(
-                cloth.X, cloth.triangles, cloth.normal, weights, held, self.stretch_limit
-            )
+            weights = body.mass.sum(axis=1).A1[::3]
+            self.limit = StretchLimit(body.X, body.triangles, body.normal, weights, held, self.stretch_limit)
         self._there: tuple[float, tuple[Collider, ...]] | None = None
-        self.weight = (self.cloth.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
+        self.weight = (self.body.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
 
     def conservative_force(self, x: np.ndarray) -> np.ndarray:
         """Gravity and drag spring, minus the gradient of `potential`, (n, 3) [N]."""
@@ -146,13 +146,13 @@ class Model:
         """Pressure drag along each triangle's normal, a third to each corner, (n, 3) [N]."""
         if not self.drag:
             return np.zeros_like(x)
-        t = self.cloth.triangles
+        t = self.body.triangles
         doubled = np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]])
         relative = np.asarray(self.wind) - v[t].mean(axis=1)
         length = np.maximum(np.linalg.norm(doubled, axis=1), 1e-300)
         through = np.einsum("ij,ij->i", relative, doubled) / length
         force = (self.drag / 2 * np.abs(through) * through / 3)[:, None] * doubled / 2
-        return self.cloth.pattern.vector(np.repeat(force, 3, axis=0))
+        return self.body.pattern.vector(np.repeat(force, 3, axis=0))
 
     def potential(self, x: np.ndarray) -> float:
         """Energy of gravity and of the drag spring [J]."""
@@ -163,12 +163,12 @@ class Model:
         return energy
 
     def prepare(self) -> None:
-        """Compute all that a step needs of the elements at the cloth's positions, in one go."""
-        self.cloth.prepare("energy", "gradient", "hessian", project=self.project)
+        """Compute all that a step needs of the elements at the body's positions, in one go."""
+        self.body.prepare("energy", "gradient", "hessian", project=self.project)
 
     def assemble(self, dt: float) -> None:
-        """Write M + dt^2 K at the cloth's current positions into `system`."""
-        self.cloth.prepare("hessian", project=self.project)
+        """Write M + dt^2 K at the body's current positions into `system`."""
+        self.body.prepare("hessian", project=self.project)
         self._assemble(dt**2)
         if self.spring:
             self.add_to_diagonal(
@@ -185,14 +185,14 @@ class Model:
 
     def impulse(self, state: State, force: np.ndarray, dt: float) -> np.ndarray:
         """M v + dt (force - elastic gradient), (n, 3) [kg m/s]."""
-        self.cloth.prepare("gradient")
+        self.body.prepare("gradient")
         return self._impulse(state.v, force, dt)
 
     def known_velocity(self, time: float, dt: float) -> np.ndarray | None:
         """Velocities (n, 3) with the pinned vertices' filled in, for the step from `time` by dt; None at rest."""
         if self.held_velocity is None or not len(self.held):
             return None
-        known = np.zeros((len(self.cloth.X), 3))
+        known = np.zeros((len(self.body.X), 3))
         known[self.held] = self.held_velocity(time, dt)
         return known
 
@@ -209,7 +209,7 @@ class Model:
 
 
 def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
-    """One step of linearly implicit Euler.  The cloth must have been updated to `state.x`."""
+    """One step of linearly implicit Euler.  The body must have been updated to `state.x`."""
     contacts = model.contacts(state, dt)
     model.prepare()
     force = model.conservative_force(state.x)
@@ -266,97 +266,86 @@ def _solve_touching(
     return v, vertices[np.einsum("ij,ij->i", n, v[vertices]) < least]
 
 
-#: Newton iterations at most, before a step counts as failed. A few do, but where a compressed sheet must first
-#: find how to buckle (it has no bending stiffness to choose for it) there can be hundreds.
-NEWTON_ITERATIONS = 2000
-
-
 def backward_euler(model: Model, state: State, dt: float) -> State:
     """One step of backward Euler, by Newton's method with a backtracking line search.
 
-    Minimises Phi(v) = 1/2 (v - v_n)^T M (v - v_n) + V(q + dt v), whose gradient is the backward Euler equation.
-    Newton stops when that equation's residual is below `model.tolerance` times the largest of the momenta and
-    impulses in it, or below the rounding error of the forces, 32 eps |K| |x|. Wind is taken at the start of the step.
+    It ends as `muslin.newton.minimise` says, with `model.tolerance`. Wind is taken at the start of the step.
 
     Raises
     ------
     SimulationError
         If Newton does not converge.
     """
-    cloth, system = model.cloth, model.system
     contacts = model.contacts(state, dt)
-    air = model.wind_force(state.x, state.v)
-    start = state.v.copy()
-    start[system.held] = 0.0
-    known = model.known_velocity(state.time, dt)
-    if known is not None:
-        start[system.held] = known[system.held]
-    start = start.ravel()
-    free = np.repeat(~system.held, 3)
+    step = _BackwardEuler(model, state, dt)
+    v = newton.minimise(step, step.start(), model.tolerance)
+    return _finish(model, state, v.reshape(-1, 3), contacts, dt)
 
-    def objective(v: np.ndarray) -> float:
-        x = state.x + dt * v.reshape(-1, 3)
-        cloth.update(x)
+
+class _BackwardEuler:
+    """What a step of backward Euler from a state minimises.
+
+    Phi(v) = 1/2 (v - v_n)^T M (v - v_n) + V(q + dt v), whose gradient is the backward Euler equation: momenta and
+    impulses. Its rounding error is that of the forces, 32 eps |K| |x|.
+    """
+
+    def __init__(self, model: Model, state: State, dt: float):
+        self.model, self.state, self.dt = model, state, dt
+        self.air = model.wind_force(state.x, state.v)
+        self.free = np.repeat(~model.system.held, 3)
+        self._v, self._x = state.v.ravel(), state.x
+
+    def start(self) -> np.ndarray:
+        """The velocity before the step, with that of the held vertices in it, (3n,)."""
+        start, held = self.state.v.copy(), self.model.system.held
+        known = self.model.known_velocity(self.state.time, self.dt)
+        start[held] = 0.0 if known is None else known[held]
+        return start.ravel()
+
+    def value(self, v: np.ndarray) -> float:
+        """Phi(v) [J]."""
+        model, state = self.model, self.state
+        self._v, self._x = v, state.x + self.dt * v.reshape(-1, 3)
+        model.body.update(self._x)
         dv = v - state.v.ravel()
-        work = float(np.sum(air * (x - state.x)))
-        return 0.5 * float(dv @ (cloth.mass @ dv)) + cloth.energy_here() + model.potential(x) - work
+        work = float(np.sum(self.air * (self._x - state.x)))
+        kinetic = 0.5 * float(dv @ (model.body.mass @ dv))
+        return kinetic + model.body.energy_here() + model.potential(self._x) - work
 
-    def attempt(v: np.ndarray) -> float:
-        try:
-            return objective(v)
-        except SimulationError:  # a step so long that a triangle collapsed: too long
-            return np.inf
+    def gradient(self) -> tuple[np.ndarray, float]:
+        """dPhi/dv, (3n,) [N s]."""
+        body = self.model.body
+        momentum = body.mass @ (self._v - self.state.v.ravel())
+        elastic = self.dt * body.gradient_here().ravel()
+        external = self.dt * (self.model.conservative_force(self._x) + self.air).ravel()
+        terms = (momentum, elastic, external, body.mass @ self._v)
+        return momentum + elastic - external, max(self.size(term) for term in terms)
 
-    def residual(v: np.ndarray) -> tuple[np.ndarray, float]:
-        x = state.x + dt * v.reshape(-1, 3)
-        momentum = cloth.mass @ (v - state.v.ravel())
-        elastic = dt * cloth.gradient_here().ravel()
-        external = dt * (model.conservative_force(x) + air).ravel()
-        parts = (momentum, elastic, external, cloth.mass @ v)
-        return momentum + elastic - external, max(float(np.linalg.norm(part[free])) for part in parts)
+    def assemble(self) -> None:
+        """Write M + dt^2 K down."""
+        self.model.assemble(self.dt)
 
-    def rounding(x: np.ndarray) -> np.ndarray:
+    def rounding(self) -> np.ndarray:
         """Error of the impulses dt f that rounding alone makes, (3n,) [N s]."""
-        K = cloth.stiffness_here(model.project)
-        if model.spring:
-            K[cloth.pattern.diagonal[model.spring.vertex]] += model.spring.stiffness
-        impulses = dt * np.abs(cloth.pattern.matrix(K)) @ np.abs(x).ravel()
+        body, spring = self.model.body, self.model.spring
+        K = body.stiffness_here(self.model.project)
+        if spring:
+            K[body.pattern.diagonal[spring.vertex]] += spring.stiffness
+        impulses = self.dt * np.abs(body.pattern.matrix(K)) @ np.abs(self._x).ravel()
         return 32 * np.finfo(float).eps * impulses
 
-    v: np.ndarray = start
-    phi = objective(v)
-    for _ in range(NEWTON_ITERATIONS):
-        r, scale = residual(v)
-        size = float(np.linalg.norm(r[free]))
-        if not np.isfinite(size):
-            raise SimulationError("Newton's method met a NaN.", "Reduce dt, or look at your functions.")
-        if size <= model.tolerance * scale:
-            return _finish(model, state, v.reshape(-1, 3), contacts, dt)
-        model.assemble(dt)
-        noise = rounding(state.x + dt * v.reshape(-1, 3))
-        step = system.solve(-r.reshape(-1, 3)).ravel()
-        moved, place = dt * float(np.abs(step).max()), float(np.abs(state.x).max())
-        if size <= float(np.linalg.norm(noise[free])) or moved <= 4 * np.finfo(float).eps * place:
-            return _finish(model, state, v.reshape(-1, 3), contacts, dt)
-        slope = float(r @ step)
-        length, trial = 1.0, attempt(v + step)
-        allowed = float(noise @ np.abs(step)) + 1e-14 * abs(phi)
-        if -slope < 1e-11 * abs(phi):  # so near the minimum that the energy's own rounding hides the way down
-            allowed += 1e-11 * abs(phi)
-        while not trial <= phi + 1e-4 * length * slope + allowed:
-            length /= 2
-            if length < 1e-10:
-                raise SimulationError(
-                    f"Newton's line search found no descent (residual {size / scale:.1e} of its scale).",
-                    "Reduce dt, or check force and Hessian against each other.",
-                )
-            trial = attempt(v + length * step)
-        v, phi = v + length * step, trial
-    raise SimulationError(
-        f"Newton's method did not converge in {NEWTON_ITERATIONS} iterations: "
-        f"the residual is {size / scale:.1e} of its scale.",
-        "Reduce dt.",
-    )
+    def solve(self, r: np.ndarray) -> np.ndarray:
+        """(M + dt^2 K)^-1 r."""
+        return self.model.system.solve(r.reshape(-1, 3)).ravel()
+
+    def size(self, r: np.ndarray) -> float:
+        """Norm over the free vertices."""
+        return float(np.linalg.norm(r[self.free]))
+
+    def is_nothing(self, step: np.ndarray) -> bool:
+        """Whether dt step is no more than rounding of the positions."""
+        moved, place = self.dt * float(np.abs(step).max()), float(np.abs(self.state.x).max())
+        return moved <= 4 * float(np.finfo(float).eps) * place
 
 
 def _finish(
@@ -391,3 +380,63 @@ def integrator(name: str) -> Callable[[Model, State, float], State]:
     if name not in INTEGRATORS:
         raise MuslinError(f"There is no integrator {name!r}.", choices(name, INTEGRATORS))
     return INTEGRATORS[name]
+
+
+#: Positions beyond this [m] mean that a body has exploded.
+EXPLODED = 1e8
+
+
+class Exploded(SimulationError):
+    """A step after which positions are no longer numbers, or absurdly large; `how` says which."""
+
+    def __init__(self, how: str):
+        self.how = how
+        super().__init__(
+            f"The cloth exploded: {how}.",
+            "Often the sign of a force or a wrong Hessian (muslin check), or too large a dt.",
+        )
+
+
+def steps(model: Model, state: State, dt: float, name: str, count: int | None = None) -> Iterator[State]:
+    """A state and then those after 1, 2, ... steps; the body has been updated to each when it is given.
+
+    What belongs to the model alone (its spring, its colliders) may be exchanged between two of them.
+
+    Parameters
+    ----------
+    model : Model
+    state : State
+        Where to begin.
+    dt : float
+        [s]
+    name : str
+        Of an integrator.
+    count : int, optional
+        Number of steps; default without end.
+
+    Raises
+    ------
+    MuslinError
+        If there is no such integrator.
+    Exploded
+        Instead of a state that makes no sense.
+    """
+    advance = integrator(name)
+    model.body.update(state.x)
+    yield state
+    for step in itertools.count(1) if count is None else range(1, count + 1):
+        following = advance(model, state, dt)
+        _require_sound(following)
+        model.body.update(following.x)
+        state = following
+        if step != count:
+            model.prepare()  # the energies that somebody may ask for between, and what the next step needs
+        yield state
+
+
+def _require_sound(state: State) -> None:
+    if not (np.abs(state.x) < EXPLODED).all() or not np.isfinite(state.v).all():
+        far = float(np.nan_to_num(np.abs(state.x), nan=np.inf).max())
+        raise Exploded(
+            f"it is {far:.0e} m wide" if np.isfinite(far) else "its positions are not numbers any more"
+        )

@@ -5,7 +5,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+import itertools
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -17,7 +18,7 @@ from muslin import paths, scenes
 from muslin.cloth import Cloth
 from muslin.colliders import approach, depth
 from muslin.errors import MuslinError, SimulationError
-from muslin.integrators import Model, Spring, State, integrator
+from muslin.integrators import Exploded, Model, Spring, State, steps
 from muslin.mesh import Mesh
 from muslin.runs import RunFolder, Writer, as_table
 from muslin.scenes import Scene
@@ -198,42 +199,45 @@ def simulate(
         For a scene, parameter, mesh or folder that does not exist or make sense.
     """
     if resume:
-        given = {"mesh": mesh, "display": display, **parameters}
-        given |= (
-            {} if (energy, hessian) == ("linearised", "closed") else {"energy": energy, "hessian": hessian}
-        )
-        given |= {"stand_ins": tuple(stand_ins)} if stand_ins else {}
+        given = {"mesh": mesh, "display": display, "stand_ins": tuple(stand_ins) or None, **parameters}
+        if (energy, hessian) != ("linearised", "closed"):
+            given |= {"energy": energy, "hessian": hessian}
         if changed := [name for name, value in given.items() if value is not None]:
             raise MuslinError(f"A resumed run keeps its parameters: {', '.join(changed)} cannot change.")
         return _resume(scene, functions, steps, out, on_step)
-    overrides = dict(parameters)
-    if steps is not None:
-        overrides["steps"] = steps
-    if isinstance(mesh, (str, Path)):
-        overrides["mesh"], mesh = str(mesh), None
-    elif isinstance(mesh, tuple):
-        mesh = Mesh.from_arrays(*mesh)
-    chosen = (
-        scenes.override(scene, **overrides) if isinstance(scene, Scene) else scenes.get(scene, **overrides)
-    )
+    chosen, mesh = _chosen(scene, mesh, parameters if steps is None else parameters | {"steps": steps})
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
-    mesh = chosen.load_mesh() if mesh is None else chosen.scaled(mesh)
     model, state = build(chosen, functions, energy, hessian, mesh, stand_ins)
     if on_notice:
         for remark in chosen.remarks(mesh, model.held):
             on_notice(remark)
     shown = meshes.load(display).scaled(mesh.scale) if display is not None else None
-    if out is not None:
-        _require_repeatable(chosen)
+    if out is None:
+        return march(chosen, model, state, shown=shown, on_step=on_step)
+    _require_repeatable(chosen)
 
-    def writer() -> Writer | None:
-        if out is None:
-            return None
-        opened = Writer(out, _description(chosen, functions, energy, hessian, model.cloth.stand_ins))
-        opened.meshes(model.cloth.mesh, model.held, shown)
+    def writer() -> Writer:
+        opened = Writer(out, _description(chosen, functions, energy, hessian, model.body.stand_ins))
+        opened.meshes(model.body.mesh, model.held, shown)
         return opened
 
-    return _march(chosen, model, state, writer, shown, on_step)
+    return march(chosen, model, state, writer, shown, on_step)
+
+
+def _chosen(
+    scene: str | Scene,
+    mesh: Mesh | tuple[np.ndarray, np.ndarray] | Path | str | None,
+    parameters: dict[str, Any],
+) -> tuple[Scene, Mesh]:
+    """The scene with these parameters, and its mesh or the one given, scaled."""
+    if isinstance(mesh, (str, Path)):
+        parameters, mesh = parameters | {"mesh": str(mesh)}, None
+    chosen = (
+        scenes.get(scene, **parameters) if isinstance(scene, str) else scenes.override(scene, **parameters)
+    )
+    if isinstance(mesh, tuple):
+        mesh = Mesh.from_arrays(*mesh)
+    return chosen, chosen.load_mesh() if mesh is None else chosen.scaled(mesh)
 
 
 def _require_repeatable(scene: Scene) -> None:
@@ -285,99 +289,112 @@ def _resume(
     shown = None
     if (folder.folder / "display.npz").is_file():
         shown = Mesh.from_arrays(folder.rest, folder.shown_triangles, name="display")
-    return _march(
+    return march(
         chosen, model, state, lambda: Writer.resumed(folder, step, chosen.steps), shown, on_step, start, step
     )
 
 
-def _march(
+def march(
     scene: Scene,
     model: Model,
     state: State,
-    open_writer: Callable[[], Writer | None],
-    shown: Mesh | None,
-    on_step: Callable[[int, int], None] | None,
+    open_writer: Callable[[], Writer] | None = None,
+    shown: Mesh | None = None,
+    on_step: Callable[[int, int], None] | None = None,
     start: State | None = None,
     step: int = 0,
 ) -> Run:
-    """Take steps until the scene's last, from `step` on.
+    """Take steps until the scene's last.
 
-    The writer is opened, and an earlier run in its folder lost, only when everything the first step needs has
-    been tried.
+    Parameters
+    ----------
+    scene, model, state
+        As `build` made them, or where to go on.
+    open_writer : callable, optional
+        Opens what the run is written to. An earlier run in its folder is lost then, so it is called only when
+        everything the first step needs has been tried.
+    shown : Mesh, optional
+        A finer mesh to carry along.
+    on_step : callable, optional
+        Called as (step, steps) after every step.
+    start : State, optional
+        Where the run began, if that is not `state`.
+    step : int
+        The number of `state`.
     """
-    advance = integrator(scene.integrator)
-    first = start or state
-    cloth = model.cloth
-    skin = bind(shown, cloth.mesh, cloth.functions, cloth.stand_ins) if shown is not None else None
-    interrupted = False
-
+    body, first, interrupted = model.body, start or state, False
+    skin = bind(shown, body.mesh, body.functions, body.stand_ins) if shown is not None else None
     with np.errstate(invalid="ignore", over="ignore"):
-        cloth.update(state.x)
+        states = steps(model, state, scene.dt, scene.integrator, scene.steps - step)
+        next(states)
         row = _row(model, state, step)
-        following = advance(model, state, scene.dt) if scene.steps > step else None
-        writer = open_writer()
+        following = _tried(states)
+        writer = open_writer() if open_writer else None
         rows: list[tuple[float, ...]] = writer.rows if writer else []
 
-        def save() -> None:
-            if writer:
+        def record(row: tuple[float, ...]) -> None:
+            rows.append(row)
+            if writer and (step % scene.frame_every == 0 or step == scene.steps):
                 writer.frame(step, state, skin.carry(state.x) if skin else None)
 
         try:
             if step == 0:
-                rows.append(row)
-                save()
-            while step < scene.steps:
-                following = following or advance(model, state, scene.dt)
-                if not (np.abs(following.x) < EXPLODED).all() or not np.isfinite(following.v).all():
-                    raise _blown_up(following, step + 1, scene, writer)
-                cloth.update(following.x)
-                state, step, following = following, step + 1, None
-                if step < scene.steps:
-                    model.prepare()
-                rows.append(_row(model, state, step))
-                if step % scene.frame_every == 0 or step == scene.steps:
-                    save()
+                record(row)
+            for state in following:
+                step += 1
+                record(_row(model, state, step))
                 if on_step:
                     on_step(step, scene.steps)
+        except Exploded as error:
+            raise _blown_up(error, step + 1, scene, writer) from None
         except KeyboardInterrupt:
             interrupted = True
         finally:
             if writer:
                 writer.close()
     return Run(
-        state.x, state.v, first.x, first.v, as_table(rows), scene, cloth.mesh, cloth,
+        state.x, state.v, first.x, first.v, as_table(rows), scene, body.mesh, body,
         writer.folder if writer else None, interrupted, _uses(model, state.time, skin is not None),
     )  # fmt: skip
 
 
+def _tried(states: Iterator[State]) -> Iterator[State]:
+    """The same states, the first of them computed now; should it explode, that is said when it is asked for."""
+    try:
+        first = [next(states)]
+    except StopIteration:
+        return iter(())
+    except Exploded as error:
+        return _raising(error)
+    return itertools.chain(first, states)
+
+
+def _raising(error: Exception) -> Iterator[State]:
+    raise error
+    yield
+
+
 def _uses(model: Model, time: float, shown: bool) -> frozenset[str]:
     """Tasks whose functions a run calls."""
-    cloth = model.cloth
-    meets = cloth.tasks_behind("detection", "response") if model.colliders(time) else frozenset()
-    return cloth.uses | meets | (cloth.tasks_behind("binding", "carrying") if shown else frozenset())
+    body = model.body
+    meets = body.tasks_behind("detection", "response") if model.colliders(time) else frozenset()
+    return body.uses | meets | (body.tasks_behind("binding", "carrying") if shown else frozenset())
 
 
 def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
-    cloth = model.cloth
+    body = model.body
     pressed = [approach(state.v, contact) for contact in state.contacts]
     count = int(sum((speeds < 1e-6).sum() for speeds in pressed))
     slowest = min((float(speeds.min()) for speeds in pressed if len(speeds)), default=0.0) if count else 0.0
     deepest = max((depth(collider, state.x) for collider in model.colliders_at(state.time)), default=0.0)
-    kinetic, elastic = cloth.kinetic_energy(state.v), cloth.energy_here()
+    kinetic, elastic = body.kinetic_energy(state.v), body.energy_here()
     gravity = model.potential(state.x)
     total = kinetic + elastic + gravity
     return (step, state.time, kinetic, elastic, gravity, total, count, slowest, deepest)
 
 
-#: Positions beyond this [m] mean that the cloth has exploded.
-EXPLODED = 1e8
-
-
-def _blown_up(state: State, step: int, scene: Scene, writer: Writer | None) -> SimulationError:
-    far = float(np.nan_to_num(np.abs(state.x), nan=np.inf).max())
-    size = f"it is {far:.0e} m wide" if np.isfinite(far) else "its positions are not numbers any more"
+def _blown_up(error: Exploded, step: int, scene: Scene, writer: Writer | None) -> SimulationError:
     kept = f" What was simulated until then is in {paths.shown(writer.folder)}." if writer else ""
     return SimulationError(
-        f"The cloth of {scene.name!r} exploded at step {step}: {size}.",
-        f"Often the sign of a force or a wrong Hessian (muslin check), or too large a dt.{kept}",
+        f"The cloth of {scene.name!r} exploded at step {step}: {error.how}.", f"{error.hint}{kept}"
     )

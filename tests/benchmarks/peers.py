@@ -80,9 +80,9 @@ def frames_of_muslin(
     model, state = simulation.build(
         replace(scene(round(len(X) ** 0.5), *CENTRE), contact=contact, stretch_limit=stretch_limit)
     )
-    assert (model.cloth.triangles == triangles).all()
+    assert (model.body.triangles == triangles).all()
     while True:
-        model.cloth.update(state.x)
+        model.body.update(state.x)
         state = advance(model, state, DT)
         yield state.x
 
@@ -328,9 +328,9 @@ def environment(folder: Path, name: str) -> Path:
 
 def residual(model, before: np.ndarray, earlier: np.ndarray, x: np.ndarray) -> float:
     """Of the equation of backward Euler at x, relative to dt^2 |f|, after positions `earlier` and `before`."""
-    M, free = model.cloth.mass, ~model.system.held
+    M, free = model.body.mass, ~model.system.held
     inertia = (M @ (x - 2 * before + earlier).ravel()).reshape(-1, 3)
-    rest = inertia + DT**2 * (model.cloth.gradient(x) - model.weight)
+    rest = inertia + DT**2 * (model.body.gradient(x) - model.weight)
     return float(np.linalg.norm(rest[free]) / np.linalg.norm(DT**2 * model.weight[free]))
 
 
@@ -343,7 +343,7 @@ def compare(
     centre = (*CENTRE[:2], -100.0) if options.no_sphere else CENTRE
     model, state = simulation.build(scene(size, *centre))
     problem = folder / f"{size}.npz"
-    np.savez(problem, X=state.x, triangles=model.cloth.triangles, pinned=model.held, centre=centre)
+    np.savez(problem, X=state.x, triangles=model.body.triangles, pinned=model.held, centre=centre)
     print(f"\n{size}x{size} vertices", flush=True)
     peers: dict[str, Peer] = {}
     residuals: dict[str, float] = {}
@@ -374,7 +374,7 @@ def compare(
     base = np.array(rounds["muslin"])
     for name, peer in peers.items():
         taken = np.array(rounds[name])
-        stretch = model.cloth.stretches(peer.positions(folder / "x.npy")).max()
+        stretch = model.body.stretches(peer.positions(folder / "x.npy")).max()
         (wall, cpu), ratios = np.median(taken, axis=0), taken / base
         low, high = ratios.min(axis=0), ratios.max(axis=0)
         middle = np.median(ratios, axis=0)

@@ -72,7 +72,7 @@ def differences(scene: Scene, functions: object, positions: np.ndarray) -> tuple
     model, start = simulation.build(scene, functions)
 
     def step(state: State) -> State:
-        model.cloth.update(state.x)
+        model.body.update(state.x)
         return linearly_implicit_euler(model, state, scene.dt)
 
     single, before = 0.0, start

@@ -59,7 +59,7 @@ class Ours:
             ticks.append((time.perf_counter(), time.process_time()))
 
         scene = replace(self.scene, steps=count)
-        simulation._march(scene, self.model, self.start, lambda: None, None, tick)
+        simulation.march(scene, self.model, self.start, on_step=tick)
         return 1e3 * np.diff(np.array(ticks), axis=0)
 
 
@@ -116,19 +116,19 @@ def build_baseline(folder: Path) -> tuple[Path | None, str]:
 def write_problem(scene: Scene, path: Path) -> None:
     """What the C++ program reads: see there."""
     model, state = simulation.build(replace(scene, solver="superlu"))
-    cloth, (mu, lam) = model.cloth, scene.lame
+    body, (mu, lam) = model.body, scene.lame
 
     def line(*numbers: float) -> str:
         return " ".join(repr(float(number)) for number in numbers)
 
     with path.open("w") as file:
-        print(len(cloth.X), len(cloth.triangles), len(model.held), file=file)
+        print(len(body.X), len(body.triangles), len(model.held), file=file)
         print(line(mu, lam, scene.rho, scene.h, scene.dt), file=file)
         print(line(*scene.gravity), file=file)
         print(line(*scene.sphere_center, scene.sphere_radius if scene.sphere else -1.0), file=file)
-        for a, b in zip(cloth.X, state.x, strict=True):
+        for a, b in zip(body.X, state.x, strict=True):
             print(line(*a, *b), file=file)
-        np.savetxt(file, cloth.triangles, fmt="%d")
+        np.savetxt(file, body.triangles, fmt="%d")
         np.savetxt(file, model.held, fmt="%d")
 
 
@@ -146,7 +146,7 @@ def run_baseline(program: Path, problem: Path, steps: int, how: str) -> tuple[np
 
 def bytes_moved(model: Model) -> int:
     """Bytes that assembling one step must move: every array of its kernels once, indices included."""
-    element = model.cloth.elements["hessian"]
+    element = model.body.elements["hessian"]
     launches = [getattr(element, "_launch", None), model._assemble._launch, model._impulse._launch]
     arrays = itertools.chain.from_iterable(launch.arguments for launch in launches if launch is not None)
     return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))

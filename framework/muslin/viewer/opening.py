@@ -70,7 +70,7 @@ def view(
     if functions is not None:
         say("Trying your functions on the public cases ...")
     session = begin(scene, functions, **parameters)
-    for remark in session.scene.remarks(session.model.cloth.mesh, session.model.held):
+    for remark in session.scene.remarks(session.model.body.mesh, session.model.held):
         say(f"note: {remark}")
     for line in session.credits():
         say(line)

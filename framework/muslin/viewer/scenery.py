@@ -27,7 +27,7 @@ REACHES = (0.02, 0.05, 0.1, 0.2, 0.5, 0.95)
 
 def strain(session: Session) -> tuple[np.ndarray, float]:
     """Principal stretch furthest from 1 at each vertex, (n,) [1], and the reach of a map that shows it."""
-    values = vertex_strain(session.model.cloth.X, session.state.x, session.triangles)
+    values = vertex_strain(session.model.body.X, session.state.x, session.triangles)
     most = float(np.quantile(np.abs(values - 1), 0.98))
     return values, next((reach for reach in REACHES if reach >= most), REACHES[-1])
 
