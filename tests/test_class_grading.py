@@ -173,7 +173,7 @@ def test_what_lies_in_the_working_folder_is_not_imported(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
     for name in ("numpy", "muslin"):
         (tmp_path / f"{name}.py").write_text("import os\nos._exit(7)\n")
-    *head, code = work.python("muslin.classes.work")
+    *head, code = work.python("muslin.classes.work:main")
     code = code.replace("main()", "import numpy; print(numpy.__file__)")
     said = subprocess.run([*head, code], capture_output=True, text=True, check=True).stdout
     assert str(tmp_path) not in said
@@ -181,8 +181,8 @@ def test_what_lies_in_the_working_folder_is_not_imported(tmp_path, monkeypatch):
 
 def test_a_worker_ends_with_whoever_started_it():
     code = (
-        "import subprocess, time\nfrom muslin.classes.work import python\n"
-        "p = subprocess.Popen(python('muslin.classes.work'), stdin=subprocess.PIPE)\n"
+        "import subprocess, time\nfrom muslin.child import python\n"
+        "p = subprocess.Popen(python('muslin.classes.work:main'), stdin=subprocess.PIPE)\n"
         "print(p.pid, flush=True)\ntime.sleep(60)"
     )
     parent = subprocess.Popen([sys.executable, "-c", code], stdout=subprocess.PIPE)

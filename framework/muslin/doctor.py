@@ -12,8 +12,6 @@ import json
 import os
 import platform
 import shutil
-import signal
-import subprocess
 import sys
 import sysconfig
 import tempfile
@@ -23,7 +21,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from muslin import engine, paths, runtime
+from muslin import child, engine, paths, runtime
 from muslin.engine import inside
 from muslin.errors import MuslinError
 
@@ -155,10 +153,8 @@ def system() -> Finding:
         libc = "musl"
     translated = False
     if sys.platform == "darwin" and platform.machine() == "x86_64":
-        asked = subprocess.run(
-            ["sysctl", "-n", "sysctl.proc_translated"], capture_output=True, text=True, timeout=5, check=False
-        )
-        translated = asked.stdout.strip() == "1"
+        asked = child.run(["sysctl", "-n", "sysctl.proc_translated"], limit=5)
+        translated = asked.output.strip() == b"1"
     return judge_system(
         platform.system(), platform.machine(), libc, libc_version, sys.maxsize > 2**32, translated
     )
@@ -407,39 +403,23 @@ def probe() -> None:
 
 def _probe_outside() -> tuple[dict[str, Any], str]:
     """What `probe` told, and how its process ended."""
-    code = "import json, sys; sys.path[:] = json.loads(sys.argv[1]); from muslin.doctor import probe; probe()"
-    try:
-        done = subprocess.run(
-            [sys.executable, "-c", code, json.dumps([p for p in sys.path if p])],
-            stdin=subprocess.DEVNULL,
-            capture_output=True,
-            timeout=PATIENCE,
-            check=False,
-        )
-        output, errors, status = done.stdout, done.stderr, done.returncode
-        ending = _ending(status, errors)
-    except subprocess.TimeoutExpired as late:
-        output, ending = late.stdout or b"", f"no answer in {PATIENCE} s"
+    done = child.run(child.python("muslin.doctor:probe"), limit=PATIENCE)
     told: dict[str, Any] = {}
-    for line in output.decode(errors="replace").splitlines():
+    for line in done.output.decode(errors="replace").splitlines():
         try:
             told |= json.loads(line)
         except (ValueError, TypeError):  # not ours
             continue
-    return told, ending
+    return told, f"no answer in {PATIENCE} s" if done.late else _ending(done)
 
 
-def _ending(status: int, errors: bytes) -> str:
-    if status < 0:
-        try:
-            name = signal.Signals(-status).name
-        except ValueError:
-            name = str(-status)
+def _ending(done: child.Done) -> str:
+    if name := child.killer(done.status):
         extra = ", an instruction this processor lacks" if name == "SIGILL" else ""
-        return f"the process was killed by signal {name}{extra}"
-    last = errors.decode(errors="replace").strip().splitlines()[-1:]
-    number = str(status) if status < 256 else hex(status)  # Windows names its exceptions in hexadecimal
-    return f"the process ended with status {number}" + (f" ({last[0][:200]})" if last else "")
+        return f"the process was killed by {name if name.startswith('signal') else f'signal {name}'}{extra}"
+    last = child.last_line(done.errors)
+    number = str(done.status) if done.status < 256 else hex(done.status)  # Windows names exceptions so
+    return f"the process ended with status {number}" + (f" ({last[:200]})" if last else "")
 
 
 def _kernel_cache(chosen: engine.Engine, told: str | None) -> Finding:
@@ -475,7 +455,7 @@ def video() -> Finding:
         return Finding(what, False, _one_line(error), again)
     try:
         reason = _encode(program)
-    except (OSError, subprocess.TimeoutExpired) as error:
+    except OSError as error:
         return Finding(what, False, f"ffmpeg does not run: {_one_line(error)}", again)
     if reason:
         return Finding(what, False, f"ffmpeg failed: {reason}", again)
@@ -488,15 +468,15 @@ def _encode(ffmpeg: str) -> str:
     raw = ["-f", "rawvideo", "-pix_fmt", "rgb24", "-s", "64x64", "-r", "2", "-i", "-"]
     with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         clip = Path(folder) / "clip.mp4"
-        done = subprocess.run(
+        done = child.run(
             [ffmpeg, "-y", "-v", "error", *raw, "-c:v", "libx264", "-pix_fmt", "yuv420p", str(clip)],
-            input=bytes(2 * 64 * 64 * 3),
-            capture_output=True,
-            timeout=20,
-            check=False,
+            bytes(2 * 64 * 64 * 3),
+            limit=20,
         )
         written = clip.stat().st_size if clip.is_file() else 0
-    return "" if done.returncode == 0 and written else _ending(done.returncode, done.stderr)
+    if done.late:
+        return "no answer in 20 s"
+    return "" if done.status == 0 and written else _ending(done)
 
 
 def graphics() -> list[Finding]:

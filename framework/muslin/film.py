@@ -20,18 +20,18 @@ import contextlib
 import json
 import os
 import queue
-import subprocess
 import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 
 from muslin import scenes
+from muslin.child import Child, python
 from muslin.errors import MuslinError
 from muslin.scenes import Scene
 
@@ -91,39 +91,26 @@ class Filming:
             "quality": quality, "size": tuple(size), "every": every,
         }  # fmt: skip
         self._on_first = on_first
-        self._child: subprocess.Popen[str] | None = None
+        self._child: Child | None = None
         self._said: queue.SimpleQueue[dict[str, Any]] = queue.SimpleQueue()
         self._ready = False
         self.written: list[Path] = []
 
     def __enter__(self) -> Filming:
         environment = os.environ | {
-            "PYTHONPATH": os.pathsep.join(filter(None, sys.path)),
-            "OPENBLAS_NUM_THREADS": "1",  # nothing here needs it, and its threads spin
-        }
-        # Ctrl-C is for the simulation: the film must live to be closed.
-        options: dict[str, Any] = (
-            {"creationflags": 0x00000200} if sys.platform == "win32" else {"start_new_session": True}
-        )
+            "OPENBLAS_NUM_THREADS": "1"
+        }  # nothing here needs it, and its threads spin
         with contextlib.suppress(OSError, ValueError):  # no child: the film is made afterwards
-            self._child = subprocess.Popen(
-                [sys.executable, "-c", "from muslin.film import work; work()"], stdin=subprocess.PIPE,
-                stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, env=environment, **options,
-            )  # fmt: skip
-            threading.Thread(target=self._listen, args=(self._child.stdout,), daemon=True).start()
+            self._child = Child(python("muslin.film:work"), environment)
+            threading.Thread(target=self._listen, args=(self._child,), daemon=True).start()
         self._tell(self._order)
         return self
 
     def __exit__(self, *_: Any) -> None:
         if self._child is not None:
-            assert self._child.stdin is not None
-            with contextlib.suppress(OSError):
-                self._child.stdin.close()
-            try:
-                self._child.wait(timeout=30)
-            except subprocess.TimeoutExpired:
-                self._child.kill()
-                self._child.wait()
+            self._child.said_all()
+            self._child.wait(30)
+            self._child.close()
             self._child = None
 
     def on_step(self, step: int, steps: int) -> None:
@@ -163,15 +150,12 @@ class Filming:
             self._child = None
 
     def _tell(self, message: Any) -> None:
-        if self._child is not None:
-            assert self._child.stdin is not None
-            with contextlib.suppress(OSError):  # it has died: `_listen` says so
-                self._child.stdin.write(json.dumps(message) + "\n")
-                self._child.stdin.flush()
+        if self._child is not None:  # should it have died, `_listen` says so
+            self._child.say(json.dumps(message).encode() + b"\n")
 
-    def _listen(self, lines: IO[str]) -> None:
+    def _listen(self, child: Child) -> None:
         with contextlib.suppress(ValueError):
-            for line in lines:
+            while line := child.line():
                 message = json.loads(line)
                 if "first" in message and self._on_first:  # at once: the simulation may not have begun
                     self._on_first(Path(message["first"]))

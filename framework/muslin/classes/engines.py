@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 import contextlib
-import subprocess
 import threading
 from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ThreadPoolExecutor, wait
 from typing import Any
 
+from muslin.child import Child
 from muslin.classes.work import Job, Result, Terms, graded
 from muslin.errors import MuslinError
 
@@ -56,10 +56,10 @@ def _result(future: Future, key: str) -> Result:
 @contextlib.contextmanager
 def local(jobs: int) -> Iterator[tuple[Executor, int, Callable[..., Result]]]:
     """`jobs` processes at a time on this machine; none of them outlives this."""
-    running: set[subprocess.Popen] = set()
+    running: set[Child] = set()
     lock, stopped = threading.Lock(), threading.Event()
 
-    def started(process: subprocess.Popen) -> None:
+    def started(process: Child) -> None:
         with lock:
             running.add(process)
             if stopped.is_set():

@@ -8,19 +8,16 @@ import hashlib
 import io
 import json
 import os
-import queue
-import subprocess
 import sys
-import threading
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import muslin
+from muslin.child import Child, python
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import write
-from muslin.classes.work import python
 from muslin.errors import MuslinError
 from muslin.grading.record import from_json
 from muslin.grading.views.text import points
@@ -103,53 +100,28 @@ class _Machine:
     """The process that draws; started when it is needed, and again should it have been stopped."""
 
     def __init__(self) -> None:
-        self._process: subprocess.Popen | None = None
-        self._answers: queue.Queue[bytes] = queue.Queue()
+        self._child: Child | None = None
         self._broken = 0
 
     def ask(self, work: dict[str, Any]) -> dict[str, Any]:
         """A report and a picture; without pictures, if they cannot be had in time."""
         if self._broken < 3:
-            limit = EACH if self._process else FIRST
-            process = self._process or self._start()
-            alarm = threading.Timer(limit, process.kill)  # it may hang before it has read everything
-            alarm.start()
-            try:
-                assert process.stdin is not None
-                process.stdin.write(json.dumps(work).encode() + b"\n")
-                process.stdin.flush()
-                return dict(json.loads(self._answers.get()))
-            except (OSError, ValueError):
-                pass
-            finally:
-                alarm.cancel()
+            with contextlib.suppress(OSError, ValueError):  # none can be started; no answer that can be read
+                return dict(json.loads(self._answer(json.dumps(work).encode() + b"\n")))
             self._broken += 1
             self.stop()
         return _made(work, draw=False) | {"why": "Drawing it took too long or failed.", "again": True}
 
-    def _start(self) -> subprocess.Popen:
-        process = subprocess.Popen(
-            python("muslin.classes.press"),
-            stdin=subprocess.PIPE,
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            start_new_session=True,
-        )
-        self._process, self._answers = process, queue.Queue()
-        threading.Thread(target=_listen, args=(process, self._answers), daemon=True).start()
-        return process
+    def _answer(self, question: bytes) -> bytes:
+        limit = EACH if self._child else FIRST
+        self._child = self._child or Child(python("muslin.classes.press:main"))
+        with self._child.limited(limit):  # it may hang before it has read everything
+            return self._child.line() if self._child.say(question) else b""
 
     def stop(self) -> None:
-        if self._process:
-            self._process.kill()
-            self._process.wait()
-            self._process = None
-
-
-def _listen(process: subprocess.Popen, answers: queue.Queue[bytes]) -> None:
-    for line in process.stdout or ():
-        answers.put(line)
-    answers.put(b"")  # it has ended: no answer, which is none that can be read
+        if self._child:
+            self._child.close()
+            self._child = None
 
 
 def _made(work: dict[str, Any], draw: bool) -> dict[str, Any]:

@@ -6,12 +6,10 @@ everything it finds goes back as plain data.
 
 from __future__ import annotations
 
-import contextlib
 import hashlib
 import json
 import os
 import pickle
-import subprocess
 import sys
 import threading
 from collections.abc import Callable
@@ -22,6 +20,7 @@ from typing import Any
 
 import muslin
 from muslin import paths, tasks
+from muslin.child import Child, python
 from muslin.errors import MuslinError, of_system
 from muslin.grading.submission import Handed
 from muslin.scratch import CLASS, Scratch, remove
@@ -131,16 +130,7 @@ def longest(terms: Terms) -> float:
     return 180.0 + 2 * len(table.tasks) * (deadline + 5) + 4 * table.grading.simulation_deadline
 
 
-def python(module: str) -> list[str]:
-    """Command that runs the `main` of a module of ours; what lies in the working folder is never imported."""
-    package = str(Path(muslin.__file__).resolve().parent.parent)
-    here = ("", os.getcwd())
-    search = [package, *(path for path in sys.path if path not in here and path != package)]
-    code = f"import sys; sys.path[:] = {search!r}; from {module} import main; main()"
-    return [sys.executable, "-I", "-c", code]
-
-
-def graded(terms: Terms, job: Job, on_start: Callable[[subprocess.Popen], None] | None = None) -> Result:
+def graded(terms: Terms, job: Job, on_start: Callable[[Child], None] | None = None) -> Result:
     """Grade a submission in a process of its own, and wait for it. Never raises on account of the submission."""
     try:
         with Scratch(CLASS) as scratch:  # ours, so that it goes however that process ends
@@ -149,63 +139,23 @@ def graded(terms: Terms, job: Job, on_start: Callable[[subprocess.Popen], None] 
         return Result(job.key, error=str(of_system(error)), final=False)
 
 
-def _graded_apart(
-    terms: Terms, job: Job, folder: str, on_start: Callable[[subprocess.Popen], None] | None
-) -> Result:
-    process = subprocess.Popen(
-        python("muslin.classes.work"),
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        start_new_session=True,
-    )
-    if on_start:
-        on_start(process)
-    said = bytearray()
-    drain = threading.Thread(target=_drain, args=(process, said), daemon=True)
-    drain.start()
-    late = threading.Event()
-
-    def stop() -> None:
-        late.set()
-        process.kill()
-
+def _graded_apart(terms: Terms, job: Job, folder: str, on_start: Callable[[Child], None] | None) -> Result:
     limit = longest(terms)
-    alarm = threading.Timer(limit, stop)
-    alarm.start()
-    try:
-        assert process.stdin is not None
-        assert process.stdout is not None
-        with contextlib.suppress(BrokenPipeError):
+    with Child(python("muslin.classes.work:main")) as process:
+        if on_start:
+            on_start(process)
+        with process.limited(limit):
             message = pickle.dumps((terms, job, folder))
-            process.stdin.write(len(message).to_bytes(8, "big") + message)
-            process.stdin.flush()
-        answer = process.stdout.read()
-        process.wait()
-    finally:
-        alarm.cancel()
-        with contextlib.suppress(OSError):
-            process.stdin.close()  # type: ignore[union-attr]
-        process.kill()
-        process.wait()
-    drain.join(timeout=5)
-    if late.is_set():
+            process.say(len(message).to_bytes(8, "big") + message)
+            answer = process.rest()
+            status = process.wait()
+    if process.late:
         return Result(job.key, error=f"Grading it did not end within {limit:.0f} s.", final=False)
     try:
         return Result(**json.loads(answer))
     except (ValueError, TypeError):
-        last = said.decode(errors="replace").strip().splitlines()[-1:] or ["it said nothing"]
-        return Result(
-            job.key, error=f"The grader ended early ({process.returncode}): {last[0][:300]}", final=False
-        )
-
-
-def _drain(process: subprocess.Popen, said: bytearray) -> None:
-    """Keep the end of what it complains about."""
-    with contextlib.suppress(OSError, ValueError):
-        while piece := process.stderr.read1(1 << 14):  # type: ignore[union-attr]
-            said += piece
-            del said[:-4096]
+        said = process.complaint() or "it said nothing"
+        return Result(job.key, error=f"The grader ended early ({status}): {said}", final=False)
 
 
 def main() -> None:

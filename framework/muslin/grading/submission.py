@@ -11,14 +11,13 @@ import contextlib
 import hashlib
 import json
 import os
-import subprocess
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import muslin
-from muslin import paths
+from muslin import child, paths
 from muslin.errors import MuslinError
 from muslin.grading.choosing import shown
 from muslin.grading.record import Submission
@@ -143,21 +142,14 @@ def _asked(sources: Sequence[Source], table: Assignment) -> dict:
         "seconds": MOST_SECONDS,
     }
     try:
-        done = subprocess.run(
-            [sys.executable, "-I", "-S", "-c", code],
-            input=json.dumps(request).encode(),
-            stdout=subprocess.PIPE,
-            stderr=subprocess.DEVNULL,
-            timeout=PATIENCE,
-            check=False,
+        done = child.run(
+            [sys.executable, "-I", "-S", "-c", code], json.dumps(request).encode(), limit=PATIENCE
         )
-    except subprocess.TimeoutExpired:
-        return {}
     except OSError as error:
         raise MuslinError(
             f"A process to read the submission with cannot be started: {error.strerror}."
         ) from None
     with contextlib.suppress(ValueError):
-        answer = json.loads(done.stdout)
-        return answer if done.returncode == 0 else {}
+        answer = json.loads(done.output)
+        return answer if done.status == 0 else {}
     return {}

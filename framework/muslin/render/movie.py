@@ -2,18 +2,15 @@
 
 from __future__ import annotations
 
-import contextlib
-import subprocess
-import sys
-import tempfile
 import zlib
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import IO, Any
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from muslin.child import Child
 from muslin.errors import MuslinError
 
 Image = NDArray[np.uint8]
@@ -138,48 +135,32 @@ class _Mp4:
             "-colorspace", "bt709", "-color_primaries", "bt709", "-color_trc", "bt709",
             "-movflags", "+faststart", str(path.resolve()),
         ]  # fmt: skip
-        self.messages: IO[bytes] = tempfile.TemporaryFile()  # noqa: SIM115 - closed with the movie
-        # Ctrl-C is for us alone: the encoder must live to close the file.
-        options: dict[str, Any] = (
-            {"creationflags": 0x00000200} if sys.platform == "win32" else {"start_new_session": True}
-        )
         try:
-            self.process = subprocess.Popen(
-                command, stdin=subprocess.PIPE, stdout=subprocess.DEVNULL, stderr=self.messages, **options
-            )
+            self.process = Child(command)  # out of reach of Ctrl-C: it must live to close the file
         except OSError as error:
-            self.messages.close()
             raise MuslinError(f"The video encoder {command[0]} cannot be started: {error}.", _MEND) from None
 
     def add(self, image: Image) -> None:
         if any(self.pad):
             image = np.pad(image, ((0, self.pad[0]), (0, self.pad[1]), (0, 0)), mode="edge")
-        assert self.process.stdin is not None
-        try:
-            self.process.stdin.write(image.data)
-        except (BrokenPipeError, OSError):
-            self.process.wait()
-            raise self._failure() from None
+        if not self.process.say(image.data):
+            raise self._failure()
 
     def close(self, frames: int) -> None:
-        assert self.process.stdin is not None
-        with contextlib.suppress(OSError):  # its exit code tells
-            self.process.stdin.close()
-        code = self.process.wait()
+        self.process.said_all()
+        self.process.wait()
+        code = self.process.close()
         if frames == 0:
             self.path.unlink(missing_ok=True)
         elif code != 0:
             raise self._failure()
-        self.messages.close()
 
     def _failure(self) -> MuslinError:
-        said = ""
-        if not self.messages.closed:
-            self.messages.seek(0)
-            lines = self.messages.read().decode(errors="replace").strip().splitlines()
-            said = f": {lines[-1]}" if lines else ""
-            self.messages.close()
-        return MuslinError(f"The video encoder failed on {self.path.name}{said}.", _MEND)
+        self.process.said_all()
+        self.process.wait()
+        self.process.close()
+        said = self.process.complaint()
+        return MuslinError(f"The video encoder failed on {self.path.name}{said and f': {said}'}.", _MEND)
 
 
 class _Animation:

@@ -10,18 +10,16 @@ from __future__ import annotations
 import contextlib
 import faulthandler
 import importlib
-import multiprocessing
 import os
 import signal
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 from typing import Any
 
-from muslin import engine
+from muslin import child
 from muslin.errors import MuslinError
 
 #: What a process most often dies of, by the signal that ended it.
@@ -56,16 +54,7 @@ class Worker:
     """
 
     def __init__(self, debug: bool = False, ready: tuple[str, ...] = ()):
-        # Forking is instant, and safe as long as this process has neither threads nor an engine.
-        alone = threading.active_count() == 1 and not engine.imported()  # a notebook is not
-        fork = sys.platform == "linux" and alone
-        context = multiprocessing.get_context("fork" if fork else "spawn")
-        self._channel, theirs = context.Pipe()
-        self._process = context.Process(  # type: ignore[attr-defined]
-            target=_serve, args=(theirs, self._channel if fork else None, debug, ready), daemon=True
-        )
-        self._process.start()
-        theirs.close()
+        self._process, self._channel = child.forked(_serve, debug, ready)
         self.asked, self._ready = 0, False
 
     def ask(
@@ -122,10 +111,9 @@ class Worker:
                         print(what, file=sys.stderr)
                     raise RuntimeError(what.strip().splitlines()[-1])
         except (EOFError, OSError):
-            self._process.join(5)
-            code = self._process.exitcode or 0
-            self.close()
-            name = signal.Signals(-code).name if code < 0 else f"exit code {code}"
+            self._process.join(child.REST)
+            code = self.close()
+            name = child.killer(code) or f"exit code {code}"
             if not self._ready:
                 raise MuslinError(
                     f"The process that runs your functions ends before it has read them ({name}): "
@@ -150,12 +138,11 @@ class Worker:
                 return False
         return True
 
-    def close(self) -> None:
-        """End the process, whatever it is doing."""
-        with contextlib.suppress(Exception):
-            self._process.kill()
-            self._process.join(5)
+    def close(self) -> int:
+        """End the process, whatever it is doing; its exit code."""
+        code = child.stop(self._process)
         self._channel.close()
+        return code
 
     def __enter__(self) -> Worker:
         return self
@@ -164,16 +151,13 @@ class Worker:
         self.close()
 
 
-def _serve(channel: Connection, other_end: Connection | None, debug: bool, ready: tuple[str, ...]) -> None:
+def _serve(channel: Connection, debug: bool, ready: tuple[str, ...]) -> None:
     """Serve until the channel closes."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
     faulthandler.disable()  # a crash is told by the other side
     if debug:  # a second look at a crash: Taichi may print a line for every sample and loop
         silence = os.open(os.devnull, os.O_WRONLY)
         os.dup2(silence, 1)
         os.dup2(silence, 2)
-    if other_end is not None:
-        other_end.close()  # else this process would never hear that the other has gone
     from muslin import runtime
 
     trouble: MuslinError | None = None

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from muslin import engine
+from muslin import child, engine
 from muslin.engine import inside
 from muslin.errors import MuslinError
 
@@ -97,13 +96,13 @@ def no_window(shown: bool = True) -> str:
     look = "window.show()" if shown else "window.get_image_buffer_as_numpy()"
     try:
         with tempfile.TemporaryDirectory() as litter:  # Taichi leaves a file where it stands
-            done = subprocess.run(
-                [sys.executable, "-c", PROBE.format(shown=shown, look=look)], cwd=litter,
-                capture_output=True, text=True, errors="replace", timeout=60, check=False,
-            )  # fmt: skip
-    except (OSError, subprocess.TimeoutExpired):
+            probe = PROBE.format(shown=shown, look=look)
+            done = child.run([sys.executable, "-c", probe], limit=60, folder=litter)
+    except OSError:
+        done = None
+    if done is None or done.late:
         return "the graphics driver does not answer"
-    if done.returncode == 0:
+    if done.status == 0:
         return ""
     return "it needs a Vulkan driver (Debian, Ubuntu: libvulkan1 and mesa-vulkan-drivers)"
 

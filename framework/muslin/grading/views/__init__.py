@@ -9,7 +9,7 @@
 | `record_json` | the record itself |
 | `gradescope`, `exercism`, `classroom50`, `junit` | what these platforms read |
 | `grades_csv`  | a row for the grade book |
-| `html_report` | one self-contained page, `report.html.j2`: `pictures` and `energy_plot` draw for it, `report.css` is its look |
+| `html_report` | one page, `report.html.j2`: `pictures` and `energy_plot` draw for it, `report.css` is its look |
 | `story`       | the words all of them share |
 | `text`        | what makes hostile text harmless |
 
