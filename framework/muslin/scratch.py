@@ -40,8 +40,9 @@ class Scratch:
         sweep()
         while True:
             self.path = tempfile.mkdtemp(prefix=prefix)
-            self._lock: int | None = _locked(self.path)
-            if self._lock is not None:  # else it was swept between the two lines
+            lock = _locked(self.path)
+            if lock is not None:  # else it was swept between the two lines
+                self._lock = lock
                 self._living.add(self)
                 return
 
@@ -52,12 +53,12 @@ class Scratch:
         self.close()
 
     def close(self) -> None:
-        """Remove the folder."""
-        if self._lock is not None:
+        """Remove the folder. Two threads may do so at once: one of them lets go of the lock."""
+        if self in self._living:
             remove(self.path)
-            os.close(self._lock)
-            self._lock = None
-            self._living.discard(self)
+            with contextlib.suppress(KeyError):
+                self._living.remove(self)
+                os.close(self._lock)
 
     @classmethod
     def close_all(cls) -> None:

@@ -7,6 +7,8 @@ memory goes as a whole (namespace).
 import os
 import subprocess
 import sys
+import threading
+from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 import pytest
@@ -81,6 +83,35 @@ def test_a_folder_is_removed_whatever_is_in_it(tmp_path, folders, user):
     # the folder above is not that user's to write, so the folder itself stays, empty
     assert done.stdout.strip() == ("LEFT []" if user else "LEFT nothing"), done.stderr
     assert (elsewhere / "kept").exists()
+
+
+def test_two_threads_may_remove_a_folder_at_once(tmp_path, monkeypatch):
+    """As when a nursery dies, and all whose workers were in it notice."""
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    folder = scratch.Scratch(scratch.GRADING)
+    both, remove, closed = threading.Barrier(2), scratch.remove, []
+
+    def removing(path):
+        both.wait(30)
+        gone = remove(path)
+        both.wait(30)
+        return gone
+
+    close = os.close
+
+    def closing(descriptor):
+        if descriptor == folder._lock:
+            closed.append(descriptor)
+        close(descriptor)
+
+    monkeypatch.setattr(scratch, "remove", removing)
+    monkeypatch.setattr(os, "close", closing)
+    with ThreadPoolExecutor(2) as pool:
+        for done in [pool.submit(folder.close) for _ in range(2)]:
+            done.result()
+    assert len(closed) == 1
+    assert not os.listdir(tmp_path)
+    folder.close()
 
 
 def test_what_a_dead_grader_has_left_is_swept(tmp_path, monkeypatch):
