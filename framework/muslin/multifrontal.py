@@ -53,8 +53,8 @@ class Plan:
         return int(self.fronts[-1, 3])
 
     @property
-    def numbers(self) -> int:
-        """Length of the factor."""
+    def columns(self) -> int:
+        """Columns of all blocks of the factor."""
         return int(self.fronts[-1, 2])
 
     @property
@@ -165,7 +165,7 @@ class _Panels:
         self.first, self.size = first, np.diff(first)
         self.border = np.array([len(border) for border in borders])
         below = np.where(np.arange(len(borders)) < count, self.border, 0)
-        self.start = np.concatenate([[0], np.cumsum(9 * self.size * (self.size + below))])
+        self.start = np.concatenate([[0], np.cumsum(3 * self.size * (self.size + below))])
         self.rows = np.concatenate(borders).astype(np.int64)
         self.rows_at = np.concatenate([[0], np.cumsum(self.border)])
         self.owner = np.repeat(np.arange(len(borders)), self.size)  # whose pivot a position is
@@ -181,7 +181,7 @@ class _Panels:
     def at(self, front: np.ndarray, position: np.ndarray, pivot: np.ndarray) -> np.ndarray:
         """Where in the factor a block of a front's panel begins."""
         cell = self.place(front, position) * self.size[front] + pivot - self.first[front]
-        return self.start[front] + 9 * cell
+        return self.start[front] + 3 * cell
 
     def segments(self) -> tuple[np.ndarray, np.ndarray]:
         """The table of segments, its first column the front whose border they are part of, and their places."""

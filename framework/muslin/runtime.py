@@ -175,19 +175,27 @@ def threads() -> int:
 
 
 @contextlib.contextmanager
-def shared_out() -> Iterator[None]:
+def shared_out(**settings: Any) -> Iterator[None]:
     """Kernels compiled in here share their loops out as their `block_dim` says.
 
     Otherwise the engine cuts a loop into one piece a thread, of 512 iterations at least: best where all take the same
     little time, but a loop over the rows of a picture would leave a thread idle half of the time.
+
+    Parameters
+    ----------
+    **settings
+        Other settings of the engine, for these kernels only.
     """
     start()
-    before = inside.setting("make_cpu_multithreading_loop")
-    inside.change("make_cpu_multithreading_loop", False)
+    settings["make_cpu_multithreading_loop"] = False
+    before = {name: inside.setting(name) for name in settings}
+    for name, value in settings.items():
+        inside.change(name, value)
     try:
         yield
     finally:
-        inside.change("make_cpu_multithreading_loop", before)
+        for name, value in before.items():
+            inside.change(name, value)
 
 
 def call(kernel: Callable[..., None], *arguments: Any) -> None:

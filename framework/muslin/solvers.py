@@ -123,30 +123,30 @@ class Multifrontal:
             permuted, [len(node) for node in nodes], children, n >= HALVES
         )
         self._order, self._place = order, np.argsort(order)
-        start = 9 * np.arange(len(row), dtype=np.int32)
-        self.layout = Layout(order[row], order[col], start, np.full(len(row), 3, np.int32), 9 * len(row))
+        start = 12 * np.arange(len(row), dtype=np.int32)
+        self.layout = Layout(order[col], order[row], start, np.full(len(row), 4, np.int32), 12 * len(row))
         self.data = np.zeros(self.layout.size)
         self._y, self._bad = np.zeros(3 * self.plan.positions), np.zeros(1, np.int32)
         self._b = self._y[: 3 * n].reshape(n, 3)
-        factor = np.zeros(self.plan.numbers)
-        with runtime.shared_out():
+        factor = np.zeros((self.plan.columns, 4))
+        with runtime.shared_out(opt_level=1):  # without its own passes, four numbers are stored one by one
             kernel = factorisation(len(self.plan.tasks) == 3)
-            arrays = (self.data, factor, self._y, self._bad)
+            arrays = (self.data.reshape(-1, 4), factor, self._y, self._bad)
             self._launch = Launch(kernel, *self.plan.arguments(), *arrays)
+            self._launch()  # compiles
 
     def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Factorise and solve; by pivoted LU if the matrix is not positive definite."""
         np.take(b, self._order, axis=0, out=self._b, mode="clip")
         self._bad[0] = 0
-        with runtime.shared_out():  # the first time it compiles
-            self._launch()
+        self._launch()
         if self._bad[0]:
             return pivoted(self._full()).solve(b.ravel()).reshape(-1, 3)
         return self._b.take(self._place, axis=0)
 
     def _full(self) -> sp.csc_matrix:
         """The whole matrix, in the order of the vertices."""
-        blocks, row, col = self.data.reshape(-1, 3, 3), self.layout.row, self.layout.col
+        blocks, row, col = self.data.reshape(-1, 3, 4)[:, :, :3], self.layout.row, self.layout.col
         off = row != col
         blocks = np.concatenate([blocks, blocks[off].transpose(0, 2, 1)])
         row, col = np.append(row, col[off]), np.append(col, row[off])

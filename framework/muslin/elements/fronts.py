@@ -2,12 +2,14 @@
 
 A front is a dense part of the factor: some vertices, its pivots, and below them its border, the later vertices
 they touch. Its panel holds the pivots' columns row by row of blocks, each block column by column: a product of
-two rows then reads both from end to end. On the diagonal stand the inverses of the factor's own blocks.
+two rows then reads both from end to end. A block's columns are stored as four numbers, the last of them zero, which
+the processor takes at once; places in panels count columns. On the diagonal stand the inverses of the factor's own
+blocks.
 """
 
 from typing import Any
 
-from muslin.elements.arrays import integers, scalars
+from muslin.elements.arrays import integers, scalars, vec4s
 from muslin.engine import ti
 
 #: Columns of the table of fronts. A part of another array ends where the next front's begins.
@@ -27,7 +29,7 @@ def factorisation(serial: bool) -> Any:
     def factorise_and_solve(
         fronts: integers, segments: integers, order: integers, tasks: integers, joints: integers,
         rows: integers, places: integers, target: integers,
-        data: scalars, L: scalars, y: scalars, bad: integers,
+        data: vec4s, L: vec4s, y: scalars, bad: integers,
     ):  # fmt: skip
         ti.loop_config(serialize=serial, block_dim=1)
         for t in range(joints.shape[0] - 1):
@@ -67,9 +69,9 @@ def factorisation(serial: bool) -> Any:
 def empty(fronts: ti.template(), k, L: ti.template()):
     """Set a panel to zero, before anything is added to it."""
     f = k * WIDTH
-    size = 9 * fronts[f + PIVOTS] * (fronts[f + PIVOTS] + fronts[f + BORDER])
+    size = 3 * fronts[f + PIVOTS] * (fronts[f + PIVOTS] + fronts[f + BORDER])
     for i in range(fronts[f + PANEL], fronts[f + PANEL] + size):
-        L[i] = 0.0
+        L[index(i)] = ti.Vector.zero(ti.f64, 4)
 
 
 @ti.func
@@ -80,20 +82,21 @@ def down(
     """Factorise a front, and take its share from later fronts and from the right-hand side."""
     f = k * WIDTH
     pivots, border, panel = fronts[f + PIVOTS], fronts[f + BORDER], fronts[f + PANEL]
-    first, begin, stride = 3 * fronts[f + FIRST], fronts[f + ROWS], 9 * pivots
+    first, begin, stride = 3 * fronts[f + FIRST], fronts[f + ROWS], 3 * pivots
     for i in range(fronts[f + BLOCKS], fronts[f + WIDTH + BLOCKS]):
-        for a, b in ti.static(ti.ndrange(3, 3)):
-            L[target[i] + 3 * b + a] += data[9 * i + 3 * a + b]
+        at, block = index(target[i]), index(3 * i)
+        for b in ti.static(range(3)):
+            L[at + b] = L[at + b] + data[block + b]
     for j in range(pivots):
         row = panel + j * stride
-        W = inverse_root(get(L, row + 9 * j) - product(L, row, row, 3 * j), bad)
-        put(L, row + 9 * j, W)
+        W = inverse_root(get(L, row + 3 * j) - product(L, row, row, j), bad)
+        put(L, row + 3 * j, W)
         for i in range(j + 1, pivots + border):
             at = panel + i * stride
-            A = get(L, at + 9 * j) - product(L, at, row, 3 * j)
-            put(L, at + 9 * j, A @ W.transpose())
+            A = get(L, at + 3 * j) - product(L, at, row, j)
+            put(L, at + 3 * j, A @ top(W).transpose())
         r = get3(y, first + 3 * j) - times(L, row, y, first, 3 * j)
-        put3(y, first + 3 * j, W @ r)
+        put3(y, first + 3 * j, top(W) @ r)
     for i in range(border):
         at = 3 * rows[begin + i]
         put3(y, at, get3(y, at) - times(L, panel + (pivots + i) * stride, y, first, 3 * pivots))
@@ -101,10 +104,10 @@ def down(
         g = segments[s * SEGMENT + OWNER] * WIDTH
         start, place = segments[s * SEGMENT + BEGIN], segments[s * SEGMENT + PLACES]
         for j in range(start, segments[s * SEGMENT + END]):
-            column, row = fronts[g + PANEL] + 9 * places[place + j - start], panel + (pivots + j) * stride
+            column, row = fronts[g + PANEL] + 3 * places[place + j - start], panel + (pivots + j) * stride
             for i in range(j, border):
-                at = column + 9 * places[place + i - start] * fronts[g + PIVOTS]
-                put(L, at, get(L, at) - product(L, panel + (pivots + i) * stride, row, 3 * pivots))
+                at = column + 3 * places[place + i - start] * fronts[g + PIVOTS]
+                put(L, at, get(L, at) - product(L, panel + (pivots + i) * stride, row, pivots))
 
 
 @ti.func
@@ -122,10 +125,10 @@ def join(
         g = segments[s * SEGMENT + OWNER] * WIDTH
         start, place = segments[s * SEGMENT + BEGIN], segments[s * SEGMENT + PLACES]
         for j in range(start, segments[s * SEGMENT + END]):
-            column = fronts[g + PANEL] + 9 * places[place + j - start]
+            column = fronts[g + PANEL] + 3 * places[place + j - start]
             for i in range(j, size):
-                at = column + 9 * places[place + i - start] * fronts[g + PIVOTS]
-                put(L, at, get(L, at) + get(L, panel + 9 * (i * size + j)))
+                at = column + 3 * places[place + i - start] * fronts[g + PIVOTS]
+                put(L, at, get(L, at) + get(L, panel + 3 * (i * size + j)))
 
 
 @ti.func
@@ -133,49 +136,51 @@ def up(fronts: ti.template(), k, rows: ti.template(), L: ti.template(), y: ti.te
     """The solution at the pivots of a front, from that at its border."""
     f = k * WIDTH
     pivots, border, panel = fronts[f + PIVOTS], fronts[f + BORDER], fronts[f + PANEL]
-    first, begin, stride = 3 * fronts[f + FIRST], fronts[f + ROWS], 9 * pivots
+    first, begin, stride = 3 * fronts[f + FIRST], fronts[f + ROWS], 3 * pivots
     for i in range(border):
         subtract(L, panel + (pivots + i) * stride, get3(y, 3 * rows[begin + i]), y, first, 3 * pivots)
     for i in range(pivots):
         j = pivots - 1 - i
         row, at = panel + j * stride, first + 3 * j
-        put3(y, at, get(L, row + 9 * j).transpose() @ get3(y, at))
+        put3(y, at, top(get(L, row + 3 * j)).transpose() @ get3(y, at))
         subtract(L, row, get3(y, at), y, first, 3 * j)
 
 
 @ti.func
-def product(L: ti.template(), i, j, width):
-    """L_i L_j^T of two rows of blocks that begin at i and j, over their first `width` columns."""
-    total = ti.Matrix.zero(ti.f64, 3, 3)
-    for p in range(width):
-        v = get3(L, i + 3 * p)
-        for b in ti.static(range(3)):
-            for a in ti.static(range(3)):
-                total[a, b] += v[a] * L[j + 3 * p + b]
-    return total
+def product(L: ti.template(), i, j, blocks):
+    """L_i L_j^T of two rows that begin at i and j, over their first `blocks` blocks."""
+    c0, c1, c2 = ti.Vector.zero(ti.f64, 4), ti.Vector.zero(ti.f64, 4), ti.Vector.zero(ti.f64, 4)
+    for p in range(blocks):
+        at, other = index(i + 3 * p), index(j + 3 * p)
+        for c in ti.static(range(3)):
+            v, w = L[at + c], L[other + c]
+            c0 += v * w[0]
+            c1 += v * w[1]
+            c2 += v * w[2]
+    return ti.Matrix.cols([c0, c1, c2])
 
 
 @ti.func
 def times(L: ti.template(), row, y: ti.template(), first, width):
     """A row of blocks times the numbers of y from `first` on."""
-    total = ti.Vector.zero(ti.f64, 3)
+    total = ti.Vector.zero(ti.f64, 4)
     for p in range(width):
-        for a in ti.static(range(3)):
-            total[a] += L[row + 3 * p + a] * y[first + p]
-    return total
+        total += L[index(row + p)] * y[first + p]
+    return total[:3]
 
 
 @ti.func
 def subtract(L: ti.template(), row, x, y: ti.template(), first, width):
     """Take a row of blocks, transposed, times x from the numbers of y from `first` on."""
     for p in range(width):
-        y[first + p] -= get3(L, row + 3 * p).dot(x)
+        v = L[index(row + p)]
+        y[first + p] = y[first + p] - (v[0] * x[0] + v[1] * x[1] + v[2] * x[2])
 
 
 @ti.func
 def inverse_root(A, bad: ti.template()):
     """W = L^-1 of A = L L^T, 3x3 lower triangular."""
-    L, W = ti.Matrix.zero(ti.f64, 3, 3), ti.Matrix.zero(ti.f64, 3, 3)
+    L, W = ti.Matrix.zero(ti.f64, 3, 3), ti.Matrix.zero(ti.f64, 4, 3)
     for b in ti.static(range(3)):
         for a in ti.static(range(b, 3)):
             rest = A[a, b]
@@ -196,19 +201,33 @@ def inverse_root(A, bad: ti.template()):
 
 
 @ti.func
+def index(at):
+    """An index, known not to be negative: then the compiler sees that the four numbers there lie side by side.
+
+    In a loop that counts it up it cannot: for all it knows, 32 bits overflow between one number and the next.
+    """
+    return ti.max(at, 0)
+
+
+@ti.func
 def get(L: ti.template(), at):
-    """The block that begins at a position."""
-    B = ti.Matrix.zero(ti.f64, 3, 3)
-    for a, b in ti.static(ti.ndrange(3, 3)):
-        B[a, b] = L[at + 3 * b + a]
-    return B
+    """The block that begins at a column."""
+    k = index(at)
+    return ti.Matrix.cols([L[k], L[k + 1], L[k + 2]])
 
 
 @ti.func
 def put(L: ti.template(), at, B):
     """Store a block."""
-    for b, a in ti.static(ti.ndrange(3, 3)):
-        L[at + 3 * b + a] = B[a, b]
+    k = index(at)
+    for b in ti.static(range(3)):
+        L[k + b] = ti.Vector([B[a, b] for a in ti.static(range(4))])
+
+
+@ti.func
+def top(B):
+    """A block without its last row."""
+    return ti.Matrix([[B[a, b] for b in ti.static(range(3))] for a in ti.static(range(3))])
 
 
 @ti.func
