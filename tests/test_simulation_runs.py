@@ -1,6 +1,7 @@
 """A run on disk: written whole, read back, resumed, repeated; what is damaged is refused."""
 
 import json
+import shutil
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import mesh, scenes
+from muslin import mesh, scenes, show
 from muslin.errors import MuslinError
 from muslin.runs import RunFolder
 
@@ -107,25 +108,97 @@ def test_a_mistake_does_not_cost_the_last_run(tmp_path):
     assert len(RunFolder(tmp_path).frames) == 3
 
 
-@pytest.mark.parametrize(
-    "damage", ["run.json", "mesh.npz", "energies.csv", "frames/000005.npy", "checkpoint.npz"]
-)
-@pytest.mark.parametrize("content", [None, b"", b"{}", b"\x93NUMPY junk"])
-def test_a_damaged_run_is_refused_in_one_sentence(damage, content, tmp_path):
-    muslin.simulate("course", steps=5, out=tmp_path)
-    (tmp_path / damage).unlink()
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("whole")
+    muslin.simulate("course", steps=12, out=folder)
+    return folder
+
+
+def read(folder):
+    run = RunFolder(folder)
+    return [*run.frames, *run.simulated], run.energies, run.checkpoint()
+
+
+PIECES = ("run.json", "mesh.npz", "energies.csv", "frames/000005.npy", "frames/000012.npy", "checkpoint.npz")
+
+
+def damaged(whole, folder, piece, content):
+    shutil.copytree(whole, folder)
+    (folder / piece).unlink()
     if content is not None:
-        (tmp_path / damage).write_bytes(content)
+        (folder / piece).write_bytes(content)
+    return folder
 
-    def read_everything():
-        run = RunFolder(tmp_path)
-        run.checkpoint()
-        assert [len(frame) for frame in run.frames] == [400, 400]
-        assert len(run.energies) == 6
 
-    with pytest.raises((MuslinError, AssertionError)) as caught:
-        read_everything()
-    assert "\n" not in str(caught.value).split("assert")[0]
+def test_a_run_that_is_whole_is_read(whole):
+    frames, energies, (_, step) = read(whole)
+    assert [x.shape for x in frames] == 2 * 4 * [(400, 3)]  # steps 0, 5, 10, 12
+    assert energies.step.tolist() == list(range(13))
+    assert step == 12
+
+
+@pytest.mark.parametrize("content", [None, b"", b"{}", b"\x93NUMPY junk", b"null", b"step,time\n0,0\n"])
+@pytest.mark.parametrize("piece", PIECES)
+def test_a_damaged_run_is_refused_in_one_sentence(piece, content, whole, tmp_path):
+    with pytest.raises(MuslinError) as caught:
+        read(damaged(whole, tmp_path / "run", piece, content))
+    name = "run" if piece == "run.json" and content is None else Path(piece).name
+    assert name in caught.value.message
+    assert "\n" not in caught.value.message
+    assert caught.value.hint
+
+
+@pytest.mark.parametrize("lost", ["the first row", "a row", "the last row", "a number", "the names"])
+def test_a_log_that_lacks_something_is_refused(lost, whole, tmp_path):
+    head, *rows = (whole / "energies.csv").read_text().splitlines()
+    if lost == "a number":
+        rows[3] = rows[3].rpartition(",")[0]
+    elif lost == "the names":
+        head = rows.pop(0)
+    else:
+        del rows[{"the first row": 0, "a row": 4, "the last row": -1}[lost]]
+    folder = damaged(whole, tmp_path / "run", "energies.csv", "\n".join([head, *rows, ""]).encode())
+    with pytest.raises(MuslinError, match=r"energies\.csv is missing or damaged"):
+        _ = RunFolder(folder).energies
+
+
+def test_a_row_that_is_being_written_is_left_for_later(whole, tmp_path):
+    log = (whole / "energies.csv").read_bytes()
+    folder = damaged(whole, tmp_path / "run", "energies.csv", log + b"13,0.2166,1.0,0.0,0.0,0.0,0,0.0,0.0")
+    assert RunFolder(folder).energies.step[-1] == 12
+
+
+def test_positions_of_another_mesh_are_no_frame(whole, tmp_path):
+    folder = damaged(whole, tmp_path / "run", "frames/000005.npy", None)
+    np.save(folder / "frames/000005.npy", np.zeros((399, 3)))
+    with pytest.raises(MuslinError, match=r"000005\.npy is missing or damaged"):
+        _ = RunFolder(folder).frames[1]
+
+
+@pytest.mark.parametrize("content", [None, b"", b"{}"])
+@pytest.mark.parametrize("piece", PIECES[:-1])
+def test_pictures_of_a_damaged_run_are_refused_alike(piece, content, whole, tmp_path):
+    folder = damaged(whole, tmp_path / "run", piece, content)
+    with pytest.raises(MuslinError, match=r"is missing|is not a run"):
+        show.render_run(folder, tmp_path / "film.gif", size=(64, 48), quality="draft")
+    assert not (tmp_path / "film.png").exists() or piece.startswith("frames")
+
+
+def test_a_run_stopped_while_it_goes_on_past_its_end_is_whole(tmp_path):
+    """Its last frame is no longer one, and the checkpoint still that of it."""
+
+    def stop(step, steps):
+        raise KeyboardInterrupt
+
+    muslin.simulate("course", steps=12, out=tmp_path)
+    assert muslin.simulate("course", steps=20, out=tmp_path, resume=True, on_step=stop).interrupted
+    frames, energies, (_, step) = read(tmp_path)
+    assert (len(frames), energies.step[-1], step) == (2 * 3, 13, 12)
+    muslin.simulate("course", steps=20, out=tmp_path, resume=True)
+    assert sorted(path.stem for path in (tmp_path / "frames").iterdir()) == [
+        f"{k:06d}" for k in range(0, 21, 5)
+    ]
 
 
 def test_a_scene_of_ones_own_is_simulated_but_not_written(tmp_path):

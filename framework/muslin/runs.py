@@ -86,12 +86,12 @@ class Writer:
         writer.rows = [tuple(row) for row in run.energies if row["step"] <= step]
         every = run.scene.frame_every
         with _writing(run.folder):
-            for frame in [*run.folder.glob("frames/*.npy"), *run.folder.glob("display/*.npy")]:
-                if int(frame.stem) > step or (int(frame.stem) % every and steps > step):
-                    frame.unlink()
             description = run.description
             description["parameters"]["steps"] = steps
             _write_json(run.folder / "run.json", description)
+            for frame in [*run.folder.glob("frames/*.npy"), *run.folder.glob("display/*.npy")]:
+                if int(frame.stem) > step or (int(frame.stem) % every and steps > step):
+                    frame.unlink()
         return writer
 
     def meshes(self, mesh: Mesh, held: np.ndarray, display: Mesh | None) -> None:
@@ -110,12 +110,12 @@ class Writer:
         self.rows.append(tuple(values))
 
     def frame(self, step: int, state: State, display: np.ndarray | None = None) -> None:
-        """Save a frame, the energy log so far, and a checkpoint."""
+        """Save the energy log so far, a frame, and a checkpoint: in this order, each says that the last is there."""
         with _writing(self.folder):
+            self._flush()
             _save(self.folder / "frames" / f"{step:06d}.npy", state.x)
             if display is not None:
                 _save(self.folder / "display" / f"{step:06d}.npy", display)
-            self._flush()
             partial = self.folder / "checkpoint.partial.npz"
             np.savez(partial, x=state.x, v=state.v, time=state.time, step=step, pressed=state.pressed)
             os.replace(partial, self.folder / "checkpoint.npz")
@@ -153,7 +153,7 @@ class RunFolder:
     Raises
     ------
     MuslinError
-        If the folder is not a run, or has no frame yet.
+        If the folder is not a run, has no frame yet, or lacks one that was written.
     """
 
     def __init__(self, folder: Path | str):
@@ -175,11 +175,33 @@ class RunFolder:
                 self.rest, self.shown_triangles = display["X"], display["triangles"]
         if not self.look_again():
             raise MuslinError(f"The run {paths.shown(folder)} has no frames yet.")
+        for kind in {"frames", self._shown}:
+            self._all_there(kind)
+
+    @property
+    def _shown(self) -> str:
+        return "display" if (self.folder / "display.npz").is_file() else "frames"
+
+    def _files(self, kind: str) -> list[Path]:
+        return sorted((self.folder / kind).glob("[0-9]*.npy"))
+
+    def _all_there(self, kind: str) -> None:
+        """Refuse a run that lacks a frame up to its last one, or up to the one its checkpoint was written after."""
+        saved = []
+        with contextlib.suppress(MuslinError):  # a run can be shown without one
+            saved = [self.checkpoint()[1]]  # asked first: a run may be being written
+        there = {int(path.stem) for path in self._files(kind)}
+        written = set(range(0, max([*there, *saved], default=0) + 1, self.scene.frame_every))
+        if self.scene.steps in saved:  # the last one, which is written whatever its number
+            written.add(self.scene.steps)
+        if missing := sorted(written - there):
+            lost = paths.shown(self.folder / kind / f"{missing[0]:06d}.npy")
+            more = f", and {len(missing) - 1} more" if len(missing) > 1 else ""
+            raise MuslinError(f"The frame {lost} is missing{more}.", "Simulate the run again.")
 
     def look_again(self) -> int:
         """Take in the frames of a run that is still being written; returns how many there are."""
-        shown = "display" if (self.folder / "display.npz").is_file() else "frames"
-        self._frames = sorted((self.folder / shown).glob("[0-9]*.npy"))
+        self._frames = self._files(self._shown)
         return len(self._frames)
 
     @property
@@ -190,46 +212,56 @@ class RunFolder:
     @property
     def frames(self) -> Sequence[np.ndarray]:
         """Positions (n, 3) of what is shown (the display mesh where there is one), frame by frame."""
-        return _Lazy(self._frames)
+        return _Lazy(self._frames, self.rest.shape)
 
     @property
     def simulated(self) -> Sequence[np.ndarray]:
         """Positions of the simulation mesh, frame by frame."""
-        return _Lazy(sorted((self.folder / "frames").glob("[0-9]*.npy")))
+        return _Lazy(self._files("frames"), self.X.shape)
 
     @property
     def energies(self) -> np.recarray:
-        """The energy log."""
-        with _reading(self.folder / "energies.csv") as path, path.open(newline="", encoding="utf-8") as file:
-            rows = list(csv.reader(file))[1:]
-            return as_table([[float(v) for v in row] for row in rows if len(row) == len(COLUMNS)])
+        """The energy log, with a row for each step up to the last frame at least."""
+        with _reading(self.folder / "energies.csv") as path:
+            whole, _, _ = path.read_bytes().decode().rpartition("\n")  # a line may be being written
+            head, *rows = csv.reader(whole.splitlines()) if whole else [[]]
+            if head != list(COLUMNS):
+                raise ValueError("not the columns of an energy log")
+            table = as_table([[float(v) for v in row] for row in rows])
+            if len(table) <= int(self._frames[-1].stem) or (table.step != np.arange(len(table))).any():
+                raise ValueError("a step has no row")
+            return table
 
     def checkpoint(self) -> tuple[State, int]:
         """Last state saved, and its step."""
         with _reading(self.folder / "checkpoint.npz") as path, np.load(path) as saved:
             state = State(saved["x"], saved["v"], float(saved["time"]))
+            if not state.x.shape == state.v.shape == self.X.shape:
+                raise ValueError("of another mesh")
             if "pressed" in saved:  # runs begun before contacts could be part of the system have none
                 state.pressed = saved["pressed"]
             return state, int(saved["step"])
 
 
 class _Lazy(Sequence[np.ndarray]):
-    def __init__(self, files: list[Path]):
-        self._files = files
+    def __init__(self, files: list[Path], shape: tuple[int, ...]):
+        self._files, self._shape = files, shape
 
     def __len__(self) -> int:
         return len(self._files)
 
     def __getitem__(self, k: Any) -> Any:
-        return [_frame(file) for file in self._files[k]] if isinstance(k, slice) else _frame(self._files[k])
+        return [*map(self._frame, self._files[k])] if isinstance(k, slice) else self._frame(self._files[k])
 
     def __iter__(self) -> Iterator[np.ndarray]:
-        return (_frame(file) for file in self._files)
+        return map(self._frame, self._files)
 
-
-def _frame(path: Path) -> np.ndarray:
-    with _reading(path):
-        return np.load(path, allow_pickle=False)
+    def _frame(self, path: Path) -> np.ndarray:
+        with _reading(path):
+            x: np.ndarray = np.load(path, allow_pickle=False)
+            if x.shape != self._shape or x.dtype.kind != "f":
+                raise ValueError("not the positions of this mesh")
+            return x
 
 
 @contextlib.contextmanager
@@ -237,7 +269,7 @@ def _reading(path: Path) -> Iterator[Path]:
     """Turn what can go wrong when a run's file is read into one message."""
     try:
         yield path
-    except (OSError, ValueError, EOFError, KeyError, TypeError, zipfile.BadZipFile) as error:
+    except (OSError, ValueError, EOFError, KeyError, TypeError, csv.Error, zipfile.BadZipFile) as error:
         raise MuslinError(
             f"{paths.shown(path)} is missing or damaged ({type(error).__name__}).", "Simulate the run again."
         ) from None
