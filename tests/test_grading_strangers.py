@@ -24,16 +24,20 @@ else:
 
 HERE = Path(__file__).parent
 SOLUTION = HERE.parent / "solutions" / "cloth"
+#: The suites, and their files.
+SUITES = {"first": ("cloth.toml", "habits.toml"), "second": ("second.toml",)}
+PLACE = HERE / "misconceptions" / "strangers"
 SUITE = [
-    {**entry, "suite": path.stem}
-    for path in sorted((HERE / "misconceptions" / "strangers").glob("*.toml"))
-    for entry in tomllib.loads(path.read_text(encoding="utf-8"))["mistake"]
+    {**entry, "suite": suite}
+    for suite, names in SUITES.items()
+    for name in names
+    for entry in tomllib.loads((PLACE / name).read_text(encoding="utf-8"))["mistake"]
 ]
 TASKS = sorted({entry["task"] for entry in SUITE})
 #: For each suite the share that is named, at least. 97 % were asked for; these are what was measured: the first before
-#: and after a weak answer no longer hid a better one, the second once (361 of 484 on 28 November 2026), by the
+#: and after a weak answer no longer hid a better one, the second once (360 of 483 on 28 November 2026), by the
 #: expressions as they were before any message had been seen.
-SHARE = {"cloth": 0.92, "second": 0.745}
+SHARE = {"first": 0.92, "second": 0.745}
 
 #: A line of a message that only lists numbers: "mu  = 3.5", "   [0.1, 0.2]]", "worst case 3: relative error 1e+00".
 LISTED = re.compile(r"^(worst case \d.*|\s*\w+\s*= [-+\d.\[].*|[\s\[\],.\dnaif+\-e]*)$", re.MULTILINE)
@@ -109,7 +113,9 @@ def test_the_suite_is_large_and_names_every_task():
     assert sum(entry["kind"] == "mathematics" for entry in SUITE) >= 120
     assert sum(entry["kind"] == "habit" for entry in SUITE) >= 50
     assert set(TASKS) == set(FILES)
-    assert {entry["suite"] for entry in SUITE} == set(SHARE)
+    assert {name for names in SUITES.values() for name in names} == {
+        path.name for path in PLACE.glob("*.toml")
+    }
     assert len({entry.get("function", entry.get("file")) for entry in SUITE}) == len(SUITE)
     for task in TASKS:
         assert sum(entry["task"] == task and entry["kind"] == "mathematics" for entry in SUITE) >= 6, task
@@ -121,7 +127,7 @@ def test_no_mistake_is_green(task, reports):
     assert not green, f"{task}: not called wrong:\n" + "\n".join(green)
 
 
-@pytest.mark.parametrize("suite", SHARE)
+@pytest.mark.parametrize("suite", SUITES)
 def test_nearly_all_are_named(suite, reports):
     everything = [pair for task in TASKS for pair in reports(task) if pair[0]["suite"] == suite]
     missed = [(entry, report) for entry, report in everything if not is_named(entry, report)]
