@@ -248,8 +248,10 @@ def test_nothing_takes_minutes_to_compare(text):
 
 
 @pytest.mark.parametrize("text", ["", "def (:\n", "\x00\xff", '"""', "x = " * 500])
-def test_anything_can_be_compared(text):
-    similarity.pairs({"a": {"stress.py": text}, "b": {"stress.py": text}}, STUBS)
+def test_anything_can_be_compared_and_is_no_evidence(text):
+    sources = {key: STUBS | {"stress.py": STUBS["stress.py"] + ODD} for key in "ab"}
+    sources |= {key: {"stress.py": text} for key in "cd"}
+    assert [(pair.first, pair.second) for pair in similarity.pairs(sources, STUBS)] == [("a", "b")]
 
 
 # What is on disk -------------------------------------------------------------------------------------------

@@ -11,7 +11,8 @@ import pytest
 
 from muslin.errors import MuslinError
 from muslin.export import FORMATS, MAX_FRAMES, Animation, Prop, write
-from muslin.export.animation import linear_colour, texture_coordinates
+from muslin.render.materials import linear
+from muslin.render.stage import texture_coordinates
 
 TETRAHEDRON = np.array([[0, 2, 1], [0, 1, 3], [0, 3, 2], [1, 2, 3]])
 
@@ -405,6 +406,6 @@ def test_texture_coordinates_fill_the_pattern_without_mirroring_it(thin):
 
 
 def test_colours_are_linear_light():
-    assert linear_colour("#000000") == [0, 0, 0]
-    assert linear_colour("#ffFFff") == [1, 1, 1]
-    assert linear_colour("#808080")[0] == pytest.approx(0.2159, abs=1e-4)
+    assert linear("#000000").tolist() == [0, 0, 0]
+    assert linear("#ffFFff").tolist() == [1, 1, 1]
+    assert linear("#808080")[0] == pytest.approx(0.2159, abs=1e-4)

@@ -45,12 +45,22 @@ def test_a_rising_line_rises_and_a_power_law_is_straight_on_logarithmic_axes():
 
 
 def test_gaps_constants_and_nothing_can_be_plotted():
-    line_plot({})
-    line_plot({"a": ([], [])})
-    line_plot({"a": ([1.0], [2.0])}, markers=True)
-    line_plot({"a": ([0, 1, 2], [5.0, 5.0, 5.0])}, y_unit="J")
-    line_plot({"a": ([0, 1, 2, 3], [1.0, np.nan, np.inf, -2.0])}, log_y=True)
-    plot_energies({"kinetic": np.full(5, 1.2e7)}, np.arange(5))
+    nothing = line_plot({})
+    assert (line_plot({"a": ([], [])}).shape, nothing.dtype) == (nothing.shape, np.uint8)
+    dot, constant, gap = (
+        line_plot({"a": ([1.0], [2.0])}, markers=True),
+        line_plot({"a": ([0, 1, 2], [5.0, 5.0, 5.0])}, y_unit="J"),
+        line_plot({"a": ([0, 1, 2, 3], [1.0, np.nan, np.inf, -2.0])}, log_y=True, markers=True),
+    )
+    for image in (dot, constant, gap):
+        assert (image != nothing).any()
+        assert len(pixels(image, COLOURS[0])[0]) > 0
+    rows, columns = pixels(constant, COLOURS[0])
+    inside = rows > 90  # without the legend
+    assert np.ptp(rows[inside]) < 8, "a constant is level"
+    assert np.ptp(columns[inside]) > 600
+    level = plot_energies({"kinetic": np.full(5, 1.2e7)}, np.arange(5))
+    assert len(pixels(level, ENERGY_COLOURS["kinetic"])[0]) > 300
 
 
 def test_columns_of_different_length_are_refused():

@@ -15,6 +15,7 @@ from muslin import paths, render
 from muslin.colliders import Capsule, Sphere
 from muslin.errors import MuslinError, choices
 from muslin.mesh import area_and_normal, principal_stretches
+from muslin.render import stage
 from muslin.runs import RunFolder
 
 if TYPE_CHECKING:
@@ -62,7 +63,7 @@ class Show:
     ):
         self.run, self.size, self.quality, self.wireframe = run, size, quality, wireframe
         self.scene = run.scene
-        self.uv = pattern_of(run.rest)
+        self.uv = stage.pattern(run.rest)
         self.depth = float(run.energies["penetration"].max()) if sinks is None else sinks
         self.cloth = replace(render.CLOTH, back=BACK)
         self.legend = None
@@ -72,7 +73,7 @@ class Show:
             self.cloth = render.Material("strain", lo=1 - reach, hi=1 + reach)
             self.legend = render.Legend(1 - reach, 1 + reach)
         self._cameras: dict[int, render.Camera] = {}
-        self._ground = render.ground_surface((self.scene.ground or 0.0) - 0.004)
+        self._ground = stage.ground(self.scene.ground or 0.0)
         self._fixed = None if around is None else render.fit_camera(around, self.scene.view, size)
 
     @property
@@ -142,7 +143,7 @@ class Show:
         return lambda k: path[k]
 
     def _points(self, k: int) -> np.ndarray:
-        bodies = [render_box(c) for c in self.colliders(k)]
+        bodies = [stage.collider_corners(c) for c in self.colliders(k)]
         return np.concatenate([self.frames[k], *bodies])
 
     def picture(self, k: int) -> np.ndarray:
@@ -376,27 +377,10 @@ def export_run(folder: Path | str, to: str | None = None, out: Path | str | None
     return export.write(animation(folder), path, to)
 
 
-def render_box(collider: Sphere | Capsule) -> np.ndarray:
-    """Corners (k, 3) of boxes around a collider, for framing."""
-    centres = [collider.center] if isinstance(collider, Sphere) else [collider.a, collider.b]
-    signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
-    return np.concatenate([np.asarray(c) + collider.radius * signs for c in centres])
-
-
 def _surface(collider: Sphere | Capsule, depth: float) -> render.Surface:
     """A collider as it is drawn: a little smaller, since cloth cuts corners and sinks in up to `depth` [m]."""
     radius = max(0.99 * collider.radius - depth, 0.9 * collider.radius)
-    if isinstance(collider, Sphere):
-        return render.sphere_surface(collider.center, radius)
-    assert isinstance(collider, Capsule)
-    return render.capsule_surface(collider.a, collider.b, radius)
-
-
-def pattern_of(rest: np.ndarray) -> np.ndarray:
-    """Undeformed positions in the cloth's main plane, (n, 2) [m]."""
-    centred = rest - rest.mean(axis=0)
-    keep = np.sort(np.argsort(np.ptp(centred, axis=0), kind="stable")[1:])
-    return np.ascontiguousarray(rest[:, keep])
+    return stage.collider_surface(collider, radius)
 
 
 def _some(count: int, most: int) -> np.ndarray:

@@ -10,6 +10,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from muslin.errors import MuslinError
+from muslin.render.materials import linear
 
 CLOTH_COLOUR, PROP_COLOUR = "#d9c7a6", "#8d99a6"  # sRGB
 ROUGHNESS_CLOTH, ROUGHNESS_PROP = 0.9, 0.6
@@ -50,7 +51,7 @@ class Prop:
 
     def __post_init__(self):
         _set(self, triangles=_triangles(self.triangles, self.name))
-        linear_colour(self.colour)
+        linear(self.colour)
         if isinstance(self.frames, np.ndarray) and self.frames.ndim == 2:
             _set(self, frames=[self.frames])
 
@@ -111,7 +112,7 @@ class Animation:
             raise MuslinError("The times of the frames do not increase from 0 or later.")
         triangles = _triangles(self.triangles, self.name)
         rest = _positions([self.rest], 0, triangles, f"{self.name} (undeformed)")
-        linear_colour(self.colour)
+        linear(self.colour)
         for prop in self.props:
             if len(prop.frames) not in (1, len(times)):
                 raise MuslinError(
@@ -176,41 +177,6 @@ def identifier(name: str) -> str:
     """The name with ASCII letters, digits and underscores only, not starting with a digit."""
     name = re.sub(r"[^A-Za-z0-9_]+", "_", name).strip("_") or "cloth"
     return f"_{name}" if name[0].isdigit() else name
-
-
-def linear_colour(colour: str) -> list[float]:
-    """Linear light of an sRGB "#rrggbb", three numbers in [0, 1].
-
-    Raises
-    ------
-    MuslinError
-        If it is not so written.
-    """
-    if not re.fullmatch("#[0-9a-fA-F]{6}", str(colour)):
-        raise MuslinError(f"{colour!r} is not a colour.", 'Write it as "#rrggbb".')
-    srgb = np.array([int(colour[i : i + 2], 16) for i in (1, 3, 5)]) / 255
-    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4).round(6).tolist()
-
-
-def texture_coordinates(rest: np.ndarray) -> np.ndarray:
-    """Where each vertex lies on the cloth's pattern: the rest shape seen along its thinnest axis.
-
-    Parameters
-    ----------
-    rest : (n, 3) float64
-        [m]
-
-    Returns
-    -------
-    (n, 2) float64
-        u to the right, v up; the longer side runs from 0 to 1, both are to the same scale.
-    """
-    low, high = rest.min(axis=0), rest.max(axis=0)
-    thin = int(np.argmin((high - low) * [1, 1, 1 - 1e-12]))  # in doubt the plane is x, y
-    right, up, sign = [(2, 1, (-1, 1)), (0, 2, (1, -1)), (0, 1, (1, 1))][thin]
-    uv = rest[:, [right, up]] * sign
-    size = np.ptp(uv, axis=0).max()
-    return (uv - uv.min(axis=0)) / (size if size > 0 else 1.0)
 
 
 def unit_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:

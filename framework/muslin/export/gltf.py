@@ -23,11 +23,11 @@ from muslin.export.animation import (
     Animation,
     Body,
     bodies,
-    linear_colour,
-    texture_coordinates,
     unit_normals,
 )
 from muslin.export.files import Notice, whole
+from muslin.render.materials import linear
+from muslin.render.stage import texture_coordinates
 
 # Viewers in a browser spend one layer of a texture array and one uniform on each morph target. WebGL 2
 # promises 256 of either, and a material's own uniforms need about thirty.
@@ -205,7 +205,7 @@ def _material(body: Body) -> dict[str, Any]:
         "name": body.name,
         "doubleSided": True,
         "pbrMetallicRoughness": {
-            "baseColorFactor": [*linear_colour(body.colour), 1.0],
+            "baseColorFactor": [*linear(body.colour).round(6).tolist(), 1.0],
             "metallicFactor": 0.0,
             "roughnessFactor": ROUGHNESS_CLOTH if body.rest is not None else ROUGHNESS_PROP,
         },

@@ -9,8 +9,9 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from muslin.export.animation import Animation, Body, bodies, texture_coordinates
+from muslin.export.animation import Animation, Body, bodies
 from muslin.export.files import Notice, numbered, warn_of_leftovers, whole
+from muslin.render.stage import texture_coordinates
 
 
 def write_pvd(animation: Animation, path: Path, notice: Notice) -> list[Path]:

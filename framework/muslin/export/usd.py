@@ -18,11 +18,11 @@ from muslin.export.animation import (
     Animation,
     Body,
     bodies,
-    linear_colour,
-    texture_coordinates,
     unit_normals,
 )
 from muslin.export.files import Notice, whole
+from muslin.render.materials import linear
+from muslin.render.stage import texture_coordinates
 
 _IN_MEMORY = 64 << 20  # [bytes]
 
@@ -105,7 +105,7 @@ def _write_mesh(file: IO[str], body: Body, codes: list[str], scene: str, animati
         f"        int[] faceVertexCounts = [{', '.join(['3'] * len(t))}]\n"
         f"        int[] faceVertexIndices = [{', '.join(map(str, t.ravel().tolist()))}]\n"
     )
-    colour = _rows(np.array([linear_colour(body.colour)]))
+    colour = _rows(np.array([linear(body.colour).round(6).tolist()]))
     _attribute(file, "color3f[] primvars:displayColor", [], [colour], "constant")
     if body.rest is not None:
         st = _rows(texture_coordinates(body.rest))
@@ -160,7 +160,7 @@ def _rows(values: np.ndarray, digits: int = 9) -> str:
 
 def _material(body: Body, scene: str) -> str:
     path = f"{scene}/Materials/{body.name}"
-    colour = ", ".join(map(str, linear_colour(body.colour)))
+    colour = ", ".join(map(str, linear(body.colour).round(6).tolist()))
     return f"""        def Material "{body.name}"
         {{
             token outputs:surface.connect = <{path}/Surface.outputs:surface>

@@ -182,6 +182,7 @@ def view(run: Run | Path | str, height: int = 480) -> Page:
 
 def _recorded(viser: Any, surfaces: list[list[Any]], times: np.ndarray, camera: Any) -> str:
     """The surfaces of frames, the cloth first, as a page that plays them."""
+    from muslin.render.materials import srgb_bytes
     from muslin.viewer import scenery
 
     server = viser.ViserServer(host="127.0.0.1", port=0, verbose=False)
@@ -193,12 +194,12 @@ def _recorded(viser: Any, surfaces: list[list[Any]], times: np.ndarray, camera: 
         cloth, *others = surfaces[0]
         things = [scene.add_mesh_simple(
             "/cloth", np.asarray(cloth.vertices, np.float32), np.asarray(cloth.triangles, np.uint32),
-            color=scenery.bytes_of(scenery.CLOTH_COLOUR), side="double",
+            color=srgb_bytes(scenery.CLOTH_COLOUR), side="double",
         )]  # fmt: skip
         for number, body in enumerate(others):
             things.append(scene.add_mesh_simple(
                 f"/body{number}", np.asarray(body.vertices, np.float32), np.asarray(body.triangles, np.uint32),
-                color=scenery.bytes_of(scenery.BODY_COLOUR),
+                color=srgb_bytes(scenery.BODY_COLOUR),
             ))  # fmt: skip
         serializer = server.get_scene_serializer()
         for k in range(1, len(surfaces)):
@@ -224,7 +225,8 @@ def _written(run: Run | Path | str) -> Path:
 def _pictures(run: Run) -> Iterator[np.ndarray]:
     """A draft of how it ended, or of the scene's best moment where that was written; the energies."""
     from muslin import render
-    from muslin.show import BACK, Show, pattern_of
+    from muslin.render import stage
+    from muslin.show import BACK, Show
 
     if run.folder is not None:
         show = Show(RunFolder(run.folder), size=STILL, quality="draft")
@@ -234,7 +236,7 @@ def _pictures(run: Run) -> Iterator[np.ndarray]:
         )
     else:
         material = replace(render.CLOTH, back=BACK)
-        cloth = render.Surface(run.x, run.mesh.triangles, material, pattern_of(run.mesh.vertices))
+        cloth = render.Surface(run.x, run.mesh.triangles, material, stage.pattern(run.mesh.vertices))
         yield render.draw([cloth], render.fit_camera(run.x, run.scene.view, STILL), STILL, "draft")
     if len(run.energies) > 1:
         energies = {name: run.energies[name] for name in ("kinetic", "elastic", "gravity")}

@@ -7,6 +7,7 @@
 | `camera`    | `Camera`, and `fit_camera`, the nearest one that sees every point |
 | `materials` | `Material`: solid, weave, checker, strain map; colours |
 | `shapes`    | `Surface`: triangles to draw; sphere, capsule, ground |
+| `stage`     | colliders and ground around a cloth, its pattern: one look for pictures, exports and viewers |
 | `picture`   | `draw`, its qualities and light; legend, caption, PNG |
 | `raster`    | kernels: which triangle a sample sees, how far light gets |
 | `shade`     | kernels: sky, sun, colour of every pixel |

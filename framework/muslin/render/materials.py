@@ -6,6 +6,7 @@ renderer computes in linear light and converts at its two ends only.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -108,18 +109,26 @@ def linear(colour: Colour) -> NDArray[np.float64]:
         If the colour is neither "#rrggbb" nor three numbers in [0, 1].
     """
     if isinstance(colour, str):
-        digits = colour.removeprefix("#")
-        try:
-            if len(digits) != 6:
-                raise ValueError
-            c = np.array([int(digits[i : i + 2], 16) for i in (0, 2, 4)]) / 255
-        except ValueError:
-            raise MuslinError(f'"{colour}" is not a colour.', 'Write it as "#rrggbb".') from None
+        c = np.array(srgb_bytes(colour)) / 255
     else:
         c = np.asarray(colour, dtype=float)
         if c.shape != (3,) or not (np.isfinite(c).all() and (c >= 0).all() and (c <= 1).all()):
             raise MuslinError(f"{colour} is not a colour.", "Use three numbers between 0 and 1.")
-    return np.where(c <= 0.04045, c / 12.92, ((c + 0.055) / 1.055) ** 2.4)
+    return linear_array(c)
+
+
+def srgb_bytes(colour: str) -> tuple[int, int, int]:
+    """A colour written "#rrggbb" as three bytes, sRGB.
+
+    Raises
+    ------
+    MuslinError
+        If it is not so written.
+    """
+    if not re.fullmatch("#?[0-9a-fA-F]{6}", colour):
+        raise MuslinError(f'"{colour}" is not a colour.', 'Write it as "#rrggbb".')
+    r, g, b = bytes.fromhex(colour[-6:])
+    return r, g, b
 
 
 def srgb(light: ArrayLike) -> NDArray[np.float64]:

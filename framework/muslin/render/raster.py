@@ -22,7 +22,6 @@ F = ti.f32
 D2 = ti.types.ndarray(dtype=ti.f64, ndim=2)
 F1 = ti.types.ndarray(dtype=ti.f32, ndim=1)
 F2 = ti.types.ndarray(dtype=ti.f32, ndim=2)
-F3 = ti.types.ndarray(dtype=ti.f32, ndim=3)
 I1 = ti.types.ndarray(dtype=ti.i32, ndim=1)
 I2 = ti.types.ndarray(dtype=ti.i32, ndim=2)
 U1 = ti.types.ndarray(dtype=ti.u8, ndim=1)

@@ -21,7 +21,8 @@ import numpy as np
 
 from muslin.errors import MuslinError
 from muslin.export.animation import unit_normals
-from muslin.render.materials import STRAIN_STOPS
+from muslin.render import stage
+from muslin.render.materials import STRAIN_STOPS, srgb_bytes
 from muslin.templates import filled
 from muslin.viewer import scenery
 from muslin.viewer.session import ACTIONS, Action, Session
@@ -152,21 +153,22 @@ class Face:
         x, triangles = session.x.astype(np.float32), session.triangles
         scene.configure_environment_map("warehouse", environment_intensity=0.55)
         if session.scene.ground is not None:
+            height = stage.ground_height(session.scene.ground)
             scene.add_grid(
-                "/ground", plane="xz", position=(0.0, session.scene.ground - 0.004, 0.0), infinite_grid=True,
+                "/ground", plane="xz", position=(0.0, height, 0.0), infinite_grid=True,
                 cell_size=0.1, section_size=0.5, cell_thickness=0.5, section_thickness=0.8, fade_distance=12.0,
                 cell_color=(226, 227, 230), section_color=(204, 206, 211), shadow_opacity=0.25,
             )  # fmt: skip
-        colour = scenery.bytes_of(scenery.CLOTH_COLOUR)
+        colour = srgb_bytes(scenery.CLOTH_COLOUR)
         self.cloth = scene.add_mesh_simple("/cloth", x, triangles, color=colour, side="double")
         self.strained = scene.add_glb("/strained", self._glb(), visible=False)
-        colour = scenery.bytes_of(scenery.LINE_COLOUR)
+        colour = srgb_bytes(scenery.LINE_COLOUR)
         self.lines = scene.add_mesh_simple(
             "/lines", x, triangles, color=colour, wireframe=True, visible=False, cast_shadow=False, receive_shadow=False
         )  # fmt: skip
-        colour = scenery.bytes_of(scenery.BODY_COLOUR)
+        colour = srgb_bytes(scenery.BODY_COLOUR)
         self.bodies = scene.add_mesh_simple("/bodies", *_some_mesh(*scenery.bodies(session)), color=colour)
-        colour = scenery.bytes_of(scenery.HAND_COLOUR)
+        colour = srgb_bytes(scenery.HAND_COLOUR)
         self.hand = scene.add_line_segments(
             "/hand", np.zeros((1, 2, 3), np.float32), colour, thickness=3, thickness_units="screen", visible=False
         )  # fmt: skip

@@ -7,9 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from muslin import render
-from muslin.colliders import Capsule, Collider, Plane, Sphere
-from muslin.render.materials import linear, strain_table
-from muslin.show import render_box, vertex_strain
+from muslin.colliders import Capsule, Plane, Sphere
+from muslin.render import stage
+from muslin.render.materials import strain_position, strain_table
+from muslin.show import vertex_strain
 from muslin.viewer.session import Session
 
 CLOTH_COLOUR = "#c04a35"
@@ -35,19 +36,7 @@ def strain(session: Session) -> tuple[np.ndarray, float]:
 def strain_light(values: np.ndarray, reach: float) -> np.ndarray:
     """Strain colours as linear light, (n, 3) float32: blue below 1, white at 1, red above."""
     table = strain_table(256)
-    place = np.clip((values - 1 + reach) / (2 * reach), 0, 1)
-    return table[np.rint(place * 255).astype(int)]
-
-
-def light(colour: str) -> tuple[float, float, float]:
-    """Linear light of a colour."""
-    r, g, b = linear(colour)
-    return (float(r), float(g), float(b))
-
-
-def bytes_of(colour: str) -> tuple[int, int, int]:
-    """A colour as three bytes, sRGB."""
-    return (int(colour[1:3], 16), int(colour[3:5], 16), int(colour[5:7], 16))
+    return table[np.rint(strain_position(values, 1 - reach, 1 + reach) * 255).astype(int)]
 
 
 def bodies(session: Session) -> tuple[np.ndarray, np.ndarray]:
@@ -58,18 +47,13 @@ def bodies(session: Session) -> tuple[np.ndarray, np.ndarray]:
     for collider in session.colliders(session.state.time):
         if isinstance(collider, Plane):
             continue
-        surface = _surface(collider)
+        assert isinstance(collider, (Sphere, Capsule))
+        fineness = {"rings": 10} if isinstance(collider, Capsule) else {}
+        surface = stage.collider_surface(collider, SHRINK * collider.radius, **fineness)
         vertices.append(np.asarray(surface.vertices))
         triangles.append(np.asarray(surface.triangles) + count)
         count += len(vertices[-1])
     return np.concatenate(vertices) - session.origin, np.concatenate(triangles)
-
-
-def _surface(collider: Collider) -> render.Surface:
-    if isinstance(collider, Sphere):
-        return render.sphere_surface(collider.center, SHRINK * collider.radius)
-    assert isinstance(collider, Capsule)
-    return render.capsule_surface(collider.a, collider.b, SHRINK * collider.radius, rings=10)
 
 
 def ground(session: Session) -> tuple[np.ndarray, np.ndarray] | None:
@@ -79,7 +63,7 @@ def ground(session: Session) -> tuple[np.ndarray, np.ndarray] | None:
     middle = session.start.x.mean(axis=0)
     angle = np.linspace(0, 2 * np.pi, 97)[:-1]
     rim = np.stack([np.cos(angle), np.zeros(96), np.sin(angle)], axis=1) * 2.5 * _size(session)
-    centre = np.array([middle[0], session.scene.ground - 0.004, middle[2]])
+    centre = np.array([middle[0], stage.ground_height(session.scene.ground), middle[2]])
     k = np.arange(96)
     return np.concatenate([[centre], centre + rim]), np.stack(
         [np.zeros_like(k), 1 + (k + 1) % 96, 1 + k], axis=1
@@ -91,7 +75,11 @@ def camera(session: Session, size: tuple[int, int] = (1280, 720)) -> render.Came
     x = session.start.x
     points = [
         x,
-        *(render_box(c) for c in session.scene.colliders(session.scene, 0.0) if not isinstance(c, Plane)),
+        *(
+            stage.collider_corners(c)
+            for c in session.scene.colliders(session.scene, 0.0)
+            if not isinstance(c, Plane)
+        ),
     ]
     if session.scene.ground is not None:
         points.append(np.where([False, True, False], session.scene.ground, x))

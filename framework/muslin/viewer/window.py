@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from muslin import runtime
-from muslin.render.materials import srgb
+from muslin.render.materials import srgb, srgb_bytes
 from muslin.viewer import scenery
 from muslin.viewer.session import ACTIONS, Session
 
@@ -198,7 +198,7 @@ class Face:
 
 
 def _shade(colour: str) -> tuple[float, float, float]:
-    r, g, b = scenery.bytes_of(colour)
+    r, g, b = srgb_bytes(colour)
     return (r / 255, g / 255, b / 255)
 
 

@@ -14,7 +14,7 @@ from muslin import render, scenes, show
 from muslin.colliders import Capsule, Sphere
 from muslin.errors import MuslinError
 from muslin.grading.record import Simulation
-from muslin.render import Surface
+from muslin.render import Surface, stage
 from muslin.scenes import Scene
 
 #: Most vertices and triangles that are drawn, and the furthest place a cloth is drawn at, in sizes of the scene.
@@ -58,7 +58,7 @@ def draw(
     scene = scenes.get(simulation.scene)
     time = simulation.reference_energies[-1][0] if simulation.reference_energies else 0.0
     bodies = [b for b in scene.colliders(scene, float(time)) if isinstance(b, (Sphere, Capsule))]
-    seen = np.concatenate([reference, *(show.render_box(body) for body in bodies)])
+    seen = np.concatenate([reference, *(stage.collider_corners(body) for body in bodies)])
     middle, extent = seen.mean(axis=0), float(np.ptp(seen, axis=0).max())
     near = np.linalg.norm(yours - middle, axis=1) < FURTHEST * extent
     if not near.all():
@@ -67,7 +67,7 @@ def draw(
     around = [_body(body, reference) for body in bodies]
     if scene.ground is not None:
         at = (float(reference[:, 0].mean()), float(reference[:, 2].mean()))
-        around.append(render.ground_surface(scene.ground - 0.004, center=at))
+        around.append(stage.ground(scene.ground, center=at))
     cloth = _cloth(scene, triangles, len(reference))
     first, second = (
         _png(render.draw([replace(cloth, vertices=x), *around], camera, size, quality))
@@ -94,10 +94,7 @@ def _cloth(scene: Scene, triangles: NDArray, count: int) -> Surface:
     if scene.mesh == "grid" and count >= 4:
         rest = scenes.override(scene, resolution=math.isqrt(count)).load_mesh()
     if rest is not None and len(rest.vertices) == count and np.array_equal(rest.triangles, triangles):
-        flat = np.argsort(np.ptp(rest.vertices, axis=0), kind="stable")[1:]
-        return Surface(
-            None, triangles, replace(render.CLOTH, back=show.BACK), rest.vertices[:, np.sort(flat)]
-        )
+        return Surface(None, triangles, replace(render.CLOTH, back=show.BACK), stage.pattern(rest.vertices))
     plain = render.Material("solid", render.CLOTH.colour, back=show.BACK, sheen=render.CLOTH.sheen)
     return Surface(None, triangles, plain)
 
@@ -105,10 +102,10 @@ def _cloth(scene: Scene, triangles: NDArray, count: int) -> Surface:
 def _body(body: Sphere | Capsule, cloth: NDArray) -> Surface:
     """A collider, as much smaller as the reference's cloth sinks into it."""
     if isinstance(body, Capsule):
-        return render.capsule_surface(body.a, body.b, 0.97 * body.radius)
+        return stage.collider_surface(body, 0.97 * body.radius)
     nearest = np.linalg.norm(cloth - np.asarray(body.center), axis=1).min()
     radius = min(max(nearest - 0.01 * body.radius, 0.9 * body.radius), 0.99 * body.radius)
-    return render.sphere_surface(body.center, radius)
+    return stage.collider_surface(body, radius)
 
 
 def _png(image: NDArray[np.uint8]) -> bytes:
