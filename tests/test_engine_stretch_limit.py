@@ -117,7 +117,7 @@ def test_a_drape_with_the_limit_has_no_spikes():
         run = muslin.simulate(chosen)
         assert run.energies.contacts.max() > 20
         assert run.energies.approach.min() >= -1e-12, "contacts have the last word"
-        assert run.cloth.stretches(run.x).max() <= 1.0105
+        assert run.body.stretches(run.x).max() <= 1.0105
         stored[limit] = run.energies.elastic.max()
         model, state = simulation.build(chosen)
         met = []

@@ -24,7 +24,7 @@ def test_thrown_cloth_never_moves_into_the_sphere(solution):
     assert run.energies.approach.min() >= -1e-12
     assert run.energies.penetration.max() <= 0.02
     assert np.isfinite(run.x).all()
-    assert run.cloth.stretches(run.x).max() < 1.5, "folds, not spikes"
+    assert run.body.stretches(run.x).max() < 1.5, "folds, not spikes"
 
 
 def test_draped_cloth_rests_on_the_sphere(solution):
@@ -32,7 +32,7 @@ def test_draped_cloth_rests_on_the_sphere(solution):
     assert run.energies.contacts.max() > 500
     assert run.energies.approach.min() >= -1e-12
     assert run.energies.penetration.max() <= 0.015
-    assert run.cloth.stretches(run.x).max() < 1.2, "folds, not spikes"
+    assert run.body.stretches(run.x).max() < 1.2, "folds, not spikes"
     assert run.x[:, 1].max() > 0.28, "it lies on top"
     assert run.x[:, 1].min() < -0.05, "it hangs down"
 
@@ -70,7 +70,7 @@ def test_contacts_in_the_system_make_no_spikes():
         assert run.energies.contacts.max() > 20
         assert run.energies.approach.min() >= -1e-12
         assert run.energies.penetration[30:].max() <= 0.05
-        stretch[contact] = run.cloth.stretches(run.x).max()
+        stretch[contact] = run.body.stretches(run.x).max()
     assert stretch["solve"] < 1.05 < stretch["filter"], stretch
 
 

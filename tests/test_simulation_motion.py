@@ -34,7 +34,7 @@ def test_free_fall_is_free(solution, integrator, dt, steps):
     n = len(run.x) // 2
     fall = -9.81 * dt * dt * steps * (steps + 1) / 2  # implicit Euler's own free fall
     for part in (slice(0, n), slice(n, None)):
-        moved = centre_of_mass(run.cloth, run.x, part) - centre_of_mass(run.cloth, run.x0, part)
+        moved = centre_of_mass(run.body, run.x, part) - centre_of_mass(run.body, run.x0, part)
         np.testing.assert_allclose(moved, [0, fall, 0], rtol=1e-9, atol=1e-9 * abs(fall))
     # the second cloth is at rest shape: every vertex falls alike
     np.testing.assert_allclose(run.v[n:], np.tile([0, -9.81 * dt * steps, 0], (n, 1)), rtol=1e-9, atol=1e-8)
@@ -86,7 +86,7 @@ def test_linearly_implicit_euler_is_first_order_in_time(solution):
 def test_gravity_does_the_work_it_promises():
     """From rest in free fall kinetic + gravity energy changes only by the integrator's known first-order loss."""
     run = muslin.simulate("freefall", cloths="rest", steps=50, dt=1e-3)
-    mass = run.cloth.mass.sum() / 3
+    mass = run.body.mass.sum() / 3
     v = 9.81 * 1e-3 * np.arange(51)
     np.testing.assert_allclose(run.energies.kinetic, mass * v**2 / 2, rtol=1e-9, atol=1e-15)
 

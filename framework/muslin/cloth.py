@@ -2,30 +2,55 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from muslin import runtime
+from muslin.body import OTHERS, PARTS, Body
 from muslin.errors import MuslinError
 from muslin.mesh import Mesh, area_and_normal, principal_stretches
 from muslin.mesh import load as load_mesh
-from muslin.stand_ins import checked, needs
+from muslin.roles import Roles, checked
 from muslin.tasks import Functions
 
 if TYPE_CHECKING:
-    import scipy.sparse as sp
-
-    from muslin.elements.layout import Layout
-    from muslin.elements.pattern import Assembly, Impulse
+    from muslin.elements.element import Element, Membrane, Rest
 
 ENERGIES = ("linearised", "area", "volumetric")
 HESSIANS = ("closed", "lecture")
 
+#: Tasks behind each part of a cloth: part -> names. `hessian` is the closed road.
+NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "energy": ("dphi_dX", "deformation_gradient", "psi"),
+        "gradient": ("dphi_dX", "deformation_gradient", "dpsi_ds", "dpsi_dF", "nodal_force"),
+        "hessian": ("dphi_dX", "deformation_gradient", "dpsi_ds", "d2psi_ds2", "eigensystem"),
+        "lecture's hessian": (
+            "dphi_dX", "deformation_gradient", "dpsi_ds", "d2psi_ds2", "d2psi_dFij", "dn_dx",
+        ),
+        "mass": ("mass_block",),
+        "kinetic energy": ("kinetic_energy",),
+    }
+)  # fmt: skip
 
-class Cloth:
+#: Tasks that only the linearised energy asks a student for.
+STRAIN_ENERGY = ("psi", "dpsi_ds", "d2psi_ds2")
+
+
+def needed(energy: str = "linearised", hessian: str = "closed") -> dict[str, tuple[str, ...]]:
+    """Tasks behind each part of a cloth with this energy, on this road to the Hessian."""
+    chosen = {part: NEEDS[part] for part in (*PARTS, *OTHERS)}
+    if hessian == "lecture":
+        chosen["hessian"] = NEEDS["lecture's hessian"]
+    left = () if energy == "linearised" else STRAIN_ENERGY
+    return {part: tuple(name for name in names if name not in left) for part, names in chosen.items()}
+
+
+class Cloth(Body):
     """Elastic sheet on a triangle mesh.
 
     Parameters
@@ -47,12 +72,7 @@ class Cloth:
         Which of the two roads to the Hessian the student's functions take.
     stand_ins : names of tasks
         Whose functions must not be called: the framework's own code computes every part of the cloth that needs
-        one of them (see `muslin.stand_ins.NEEDS`).
-
-    Attributes
-    ----------
-    mass : scipy.sparse.csr_matrix, (3n, 3n)
-        Consistent mass matrix [kg].
+        one of them (see `NEEDS`).
 
     Raises
     ------
@@ -75,57 +95,39 @@ class Cloth:
     ):
         _check_parameters(mu, lam, rho, h, energy, hessian)
         runtime.start()
-        from muslin.elements.native import NativeElement
-        from muslin.elements.pattern import Pattern
-        from muslin.elements.student import StudentElement
+        from muslin.elements.element import Membrane, Rest
 
         if isinstance(mesh, (str, Path)):
             mesh = load_mesh(mesh)
         self.mesh = mesh if isinstance(mesh, Mesh) else Mesh.from_arrays(*mesh)
-        self.X = np.ascontiguousarray(self.mesh.vertices, dtype=np.float64)
+        X = np.ascontiguousarray(self.mesh.vertices, dtype=np.float64)
         self.triangles = np.ascontiguousarray(self.mesh.triangles, dtype=np.int32)
-        self.area, self.normal = area_and_normal(self.X, self.triangles)
+        self.area, self.normal = area_and_normal(X, self.triangles)
         self.mu, self.lam, self.rho, self.h = float(mu), float(lam), float(rho), float(h)
-        self.functions = functions
-        self.pattern = Pattern(self.triangles, len(self.X))
-        self.energy_name, self.road, self.stand_ins = energy, hessian, checked(stand_ins, functions)
-        rest = (self.X, self.triangles, self.area, self.normal, self.mu, self.lam, self.h, energy)
-        parts = ("energy", "gradient", "hessian")
-        own = [part for part in parts if self.by_student(part)]
-        student = StudentElement(functions, own, *rest, hessian) if functions is not None and own else None
-        native = NativeElement(*rest) if len(own) < len(parts) else None
-        #: which element computes each part
-        self.elements: dict[str, Any] = {part: student if part in own else native for part in parts}
-        self._distinct = [element for element in (student, native) if element is not None]
-        self.mass_factor = self.pattern.blocks(self._mass_factor())
-        self.mass_data = np.zeros(self.pattern.nnz)
-        layout = self.pattern.layout
-        for a in range(3):
-            self.mass_data[layout.start + a * (layout.stride + 1)] = self.mass_factor
-        self.mass = self.pattern.matrix(self.mass_data)
-        self._sum: Any = None
-        self._moving: Any = None
-
-    def by_student(self, part: str) -> Functions | None:
-        """The functions that compute a part (a key of `muslin.stand_ins.NEEDS`), or None if native code does."""
-        wanted = needs(part, self.energy_name, self.road)
-        return None if self.stand_ins.intersection(wanted) else self.functions
-
-    def tasks_behind(self, *parts: str) -> frozenset[str]:
-        """Tasks whose functions compute these parts."""
-        return frozenset(
-            name
-            for part in parts
-            if self.by_student(part) is not None
-            for name in needs(part, self.energy_name, self.road)
+        self.road = hessian
+        self.roles, self.needs = Roles(functions, checked(stand_ins, functions)), needed(energy, hessian)
+        _require_tasks(functions, self.needs)
+        rest = Rest(X, self.triangles, self.area, self.normal)
+        elements = self._elements(rest, Membrane(self.mu, self.lam, self.h, energy))
+        stiffness = self.mu * self.h
+        super().__init__(
+            X, self.triangles, elements, self._masses(), self.mesh, self.roles, self.needs, stiffness
         )
 
-    @property
-    def uses(self) -> frozenset[str]:
-        """Tasks whose functions energy, gradient, Hessian, mass and kinetic energy of this cloth really call."""
-        return self.tasks_behind("energy", "gradient", "hessian", "mass", "kinetic energy")
+    def _elements(self, rest: Rest, membrane: Membrane) -> dict[str, Element]:
+        """Which element computes each part: the lecture's around a folder's functions, or our own."""
+        from muslin.elements.native import NativeElement
+        from muslin.elements.student import StudentElement
 
-    def _mass_factor(self) -> np.ndarray:
+        found: dict[str, Element] = {}
+        own = {part: self.needs[part] for part in PARTS if self.by_student(part) is not None}
+        if own and self.functions is not None:
+            found |= dict.fromkeys(own, StudentElement(self.functions, own, rest, membrane, self.road))
+        if left := [part for part in PARTS if part not in own]:
+            found |= dict.fromkeys(left, NativeElement(rest, membrane))
+        return found
+
+    def _masses(self) -> np.ndarray:
         """Factor of the identity for each pair of corners of each triangle, (9 m,) [kg]."""
         m = len(self.triangles)
         i, j = np.divmod(np.tile(np.arange(9), m), 3)
@@ -136,109 +138,40 @@ class Cloth:
             return evaluate(functions.mass_block, i=i, j=j, area=area, rho=self.rho, h=self.h)
         return self.rho * self.h * area * np.where(i == j, 2.0, 1.0) / 12
 
-    def assembly(self, layout: Layout, data: np.ndarray | None = None) -> Assembly:
-        """What writes M + scale d2V/dx2 to a layout of blocks; `prepare` the Hessian before calling it."""
-        from muslin.elements.pattern import Assembly
-
-        return Assembly(self.pattern, layout, self.mass_factor, self.elements["hessian"].rows, data)
-
-    def impulse(self) -> Impulse:
-        """What computes M v + dt (force - gradient); `prepare` the gradient before calling it."""
-        from muslin.elements.pattern import Impulse
-
-        return Impulse(self.pattern, self.mass_factor, self.elements["gradient"].gradient_rows)
-
-    # One position at a time: what several of these need is computed once ---------------------------------
-
-    def update(self, x: np.ndarray) -> None:
-        """Take new positions; `energy_here`, `gradient_here` and `stiffness_here` then refer to them.
-
-        Parameters
-        ----------
-        x : (n, 3) array
-            World positions [m].
-
-        Raises
-        ------
-        MuslinError
-            If the shape is wrong.
-        """
-        x = (
-            np.ascontiguousarray(x, dtype=np.float64).reshape(-1, 3)
-            if np.size(x) == self.X.size
-            else np.asarray(x)
-        )
-        if x.shape != self.X.shape:
-            raise MuslinError(f"Positions have shape {x.shape}; this cloth needs {self.X.shape}.")
-        runtime.start()  # should somebody else have restarted Taichi
-        for element in self._distinct:
-            element.update(x)
-
-    def prepare(self, *parts: str, project: bool = True) -> None:
-        """Compute parts ("energy", "gradient", "hessian") at the positions taken, in as few launches as can be.
-
-        Only a matter of speed: the functions below compute what they need, each for itself.
-        """
-        for element in self._distinct:
-            if own := [part for part in parts if self.elements[part] is element]:
-                element.compute(*own, project=project)
-
-    def energy_here(self) -> float:
-        """Elastic energy [J]."""
-        return float(self.elements["energy"].energies().sum())
-
-    def gradient_here(self) -> np.ndarray:
-        """Gradient of the elastic energy, (n, 3) [N]; minus this is the force."""
-        return self.pattern.vector(self.elements["gradient"].gradients())
-
-    def stiffness_here(self, project: bool = True) -> np.ndarray:
-        """Data array (nnz,) of the energy's Hessian on `pattern` [N/m]."""
-        from muslin.elements.pattern import Assembly
-
-        self.prepare("hessian", project=project)
-        if self._sum is None:
-            massless = np.zeros_like(self.mass_factor)
-            self._sum = Assembly(self.pattern, self.pattern.layout, massless, self.elements["hessian"].rows)
-        return self._sum(1.0).copy()
-
-    # At given positions -------------------------------------------------------------------------------------
-
-    def energy(self, x: np.ndarray) -> float:
-        """Elastic energy V [J] at positions x (n, 3)."""
-        self.update(x)
-        return self.energy_here()
-
-    def gradient(self, x: np.ndarray) -> np.ndarray:
-        """dV/dx, (n, 3) [N], at positions x (n, 3)."""
-        self.update(x)
-        return self.gradient_here()
-
-    def hessian(self, x: np.ndarray, project: bool = False) -> sp.csr_matrix:
-        """d2V/dx2, scipy CSR (3n, 3n) [N/m], at positions x (n, 3).
-
-        With `project` each triangle's Hessian is made positive semi-definite by clamping its known modes.
-        """
-        self.update(x)
-        return self.pattern.matrix(self.stiffness_here(project))
-
-    def kinetic_energy(self, v: np.ndarray) -> float:
-        """1/2 qdot^T M qdot [J] for velocities v (n, 3)."""
-        if self._moving is None:
-            self._moving = self._moving_energies()
-        return float(self._moving(v).sum())
-
     def _moving_energies(self) -> Callable[[np.ndarray], np.ndarray]:
         """What splits the kinetic energy: by the student's function among triangles, else among vertices."""
-        from muslin.elements import pattern, student
-
         if functions := self.by_student("kinetic energy"):
+            from muslin.elements.student import KineticEnergy
+
             rest = (self.triangles, self.area, self.rho, self.h)
-            return student.KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
-        return pattern.KineticEnergy(self.pattern, self.mass_factor)
+            return KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
+        return super()._moving_energies()
+
+    def limiter(
+        self, limit: float, held: np.ndarray
+    ) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
+        """What keeps triangles from being stretched beyond a limit, where they can be."""
+        from muslin.elements.limit import StretchLimit
+
+        weights = self.mass.sum(axis=1).A1[::3]
+        return StretchLimit(self.X, self.triangles, self.normal, weights, held, limit)
+
+    _word = "cloth"
 
     def stretches(self, x: np.ndarray) -> np.ndarray:
         """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""
         return principal_stretches(self.X, x, self.triangles)
+
+
+def _require_tasks(functions: Functions | None, needs: Mapping[str, tuple[str, ...]]) -> None:
+    """Refuse a folder of another assignment."""
+    there = {} if functions is None else functions.assignment.tasks
+    wanted = () if functions is None else [name for names in needs.values() for name in names]
+    if functions is not None and (absent := [name for name in wanted if name not in there]):
+        raise MuslinError(
+            f"The assignment {functions.assignment.name!r} has no task {absent[0]!r}, which a cloth calls.",
+            "Give the functions of the cloth assignment, or none.",
+        )
 
 
 def _check_parameters(mu: float, lam: float, rho: float, h: float, energy: str, hessian: str) -> None:

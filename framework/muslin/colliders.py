@@ -8,10 +8,16 @@ student's `filter_velocity`, on the velocity relative to the collider.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
+
+#: Tasks behind each part of a contact.
+NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {"detection": ("sphere_contact",), "response": ("filter_velocity",)}
+)
 
 #: (positions (k, 3), centres (k, 3), radius) -> (hit (k,), normals (k, 3))
 Detect = Callable[[np.ndarray, np.ndarray, float], tuple[np.ndarray, np.ndarray]]

@@ -18,9 +18,10 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from muslin import newton
-from muslin.cloth import Cloth
+from muslin.body import Body
 from muslin.colliders import (
     CONTACT,
+    NEEDS,
     Collider,
     Contacts,
     Detect,
@@ -66,7 +67,7 @@ class Model:
 
     Parameters
     ----------
-    body : Cloth
+    body : Body
     gravity : (3,)
         Acceleration [m/s^2]; its force is M g, from the mass matrix.
     held : (k,) int array
@@ -76,7 +77,7 @@ class Model:
     colliders : callable
         time -> colliders there are at that time.
     wind : (3,)
-        Air velocity [m/s], felt with `drag` [kg/m^3] across each triangle.
+        Air velocity [m/s], felt with `drag` [kg/m^3] across each triangle of the surface.
     spring : Spring, optional
         Drag spring; may be exchanged between steps.
     project : bool
@@ -92,7 +93,7 @@ class Model:
         Largest principal stretch that a step may end with, above 1 (see `muslin.elements.limit`); 0: any.
     """
 
-    body: Cloth
+    body: Body
     gravity: np.ndarray
     held: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
     held_velocity: Callable[[float, float], np.ndarray] | None = None
@@ -117,19 +118,19 @@ class Model:
         self._assemble = body.assembly(self.system.layout, self.system.data)
         self._couple = body.assembly(self.system.coupling)
         self._impulse = body.impulse()
-        self._free = ~held if held.any() else None
+        touchable = np.zeros(n, dtype=bool)
+        touchable[body.surface.ravel()] = True
+        touchable &= ~held
+        self._free = None if touchable.all() else touchable
         self._detect: Detect = native_contact
         self.filter: Filter = native_filter
-        if functions := body.by_student("detection"):
+        if functions := body.roles.calling(NEEDS["detection"]):
             self._detect = Detection(functions.sphere_contact, n)
-        if functions := body.by_student("response"):
+        if functions := body.roles.calling(NEEDS["response"]):
             self.filter = Response(functions.filter_velocity, n)
         self.limit: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
         if self.stretch_limit:
-            from muslin.elements.limit import StretchLimit
-
-            weights = body.mass.sum(axis=1).A1[::3]
-            self.limit = StretchLimit(body.X, body.triangles, body.normal, weights, held, self.stretch_limit)
+            self.limit = body.limiter(self.stretch_limit, held)
         self._there: tuple[float, tuple[Collider, ...]] | None = None
         self.weight = (self.body.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
 
@@ -146,13 +147,13 @@ class Model:
         """Pressure drag along each triangle's normal, a third to each corner, (n, 3) [N]."""
         if not self.drag:
             return np.zeros_like(x)
-        t = self.body.triangles
+        t = self.body.surface
         doubled = np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]])
         relative = np.asarray(self.wind) - v[t].mean(axis=1)
         length = np.maximum(np.linalg.norm(doubled, axis=1), 1e-300)
         through = np.einsum("ij,ij->i", relative, doubled) / length
         force = (self.drag / 2 * np.abs(through) * through / 3)[:, None] * doubled / 2
-        return self.body.pattern.vector(np.repeat(force, 3, axis=0))
+        return self.body.on_surface(np.repeat(force, 3, axis=0))
 
     def potential(self, x: np.ndarray) -> float:
         """Energy of gravity and of the drag spring [J]."""

@@ -13,8 +13,9 @@ from typing import Any
 
 import numpy as np
 
+from muslin import colliders, paths, scenes, skinning
 from muslin import mesh as meshes
-from muslin import paths, scenes
+from muslin.body import Body
 from muslin.cloth import Cloth
 from muslin.colliders import approach, depth
 from muslin.errors import MuslinError, SimulationError
@@ -42,7 +43,7 @@ class Run:
         [m/s]), penetration (deepest vertex [m]).
     scene : Scene
     mesh : Mesh
-    cloth : Cloth
+    body : Body
     folder : Path, optional
         Where it was written.
     interrupted : bool
@@ -58,7 +59,7 @@ class Run:
     energies: np.recarray
     scene: Scene
     mesh: Mesh
-    cloth: Cloth
+    body: Body
     folder: Path | None = None
     interrupted: bool = False
     uses: frozenset[str] = frozenset()
@@ -376,9 +377,11 @@ def _raising(error: Exception) -> Iterator[State]:
 
 def _uses(model: Model, time: float, shown: bool) -> frozenset[str]:
     """Tasks whose functions a run calls."""
-    body = model.body
-    meets = body.tasks_behind("detection", "response") if model.colliders(time) else frozenset()
-    return body.uses | meets | (body.tasks_behind("binding", "carrying") if shown else frozenset())
+    roles = model.body.roles
+    called = {name for part in ("detection", "response") for name in roles.called(colliders.NEEDS[part])}
+    met = called if model.colliders(time) else set()
+    carried = {name for names in skinning.NEEDS.values() for name in roles.called(names)} if shown else set()
+    return model.body.uses | met | carried
 
 
 def _row(model: Model, state: State, step: int) -> tuple[float, ...]:

@@ -2,14 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 
 import numpy as np
 
 from muslin.mesh import Mesh
-from muslin.stand_ins import NEEDS, checked
+from muslin.roles import Roles, checked
 from muslin.tasks import Functions
+
+#: Tasks behind each part of carrying a finer mesh.
+NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType({"binding": ("phi",), "carrying": ("interpolate",)})
 
 
 @dataclass(frozen=True)
@@ -39,17 +43,17 @@ def bind(
     nearest point of the triangle's plane: beside the mesh they extrapolate), by the student's `phi` where
     functions are given. Native code stands in for the tasks named in `stand_ins`.
     """
-    absent = checked(stand_ins, functions)
+    roles = Roles(functions, checked(stand_ins, functions))
     nearest = _nearest_triangle(display.vertices, mesh)
     corners = mesh.triangles[nearest]
     X0, X1, X2 = (mesh.vertices[corners[:, k]] for k in range(3))
-    if functions is not None and absent.isdisjoint(NEEDS["binding"]):
+    if students := roles.calling(NEEDS["binding"]):
         from muslin.batch import evaluate
 
-        phi = evaluate(functions.phi, X=display.vertices, X0=X0, X1=X1, X2=X2)
+        phi = evaluate(students.phi, X=display.vertices, X0=X0, X1=X1, X2=X2)
     else:
         phi = _areas(display.vertices, X0, X1, X2)
-    return Skin(corners, phi, functions if absent.isdisjoint(NEEDS["carrying"]) else None)
+    return Skin(corners, phi, roles.calling(NEEDS["carrying"]))
 
 
 def _areas(X: np.ndarray, X0: np.ndarray, X1: np.ndarray, X2: np.ndarray) -> np.ndarray:

@@ -80,7 +80,7 @@ def frames_of_muslin(
     model, state = simulation.build(
         replace(scene(round(len(X) ** 0.5), *CENTRE), contact=contact, stretch_limit=stretch_limit)
     )
-    assert (model.body.triangles == triangles).all()
+    assert (model.body.cells == triangles).all()
     while True:
         model.body.update(state.x)
         state = advance(model, state, DT)
@@ -343,7 +343,7 @@ def compare(
     centre = (*CENTRE[:2], -100.0) if options.no_sphere else CENTRE
     model, state = simulation.build(scene(size, *centre))
     problem = folder / f"{size}.npz"
-    np.savez(problem, X=state.x, triangles=model.body.triangles, pinned=model.held, centre=centre)
+    np.savez(problem, X=state.x, triangles=model.body.cells, pinned=model.held, centre=centre)
     print(f"\n{size}x{size} vertices", flush=True)
     peers: dict[str, Peer] = {}
     residuals: dict[str, float] = {}

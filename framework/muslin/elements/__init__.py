@@ -1,12 +1,14 @@
-"""Finite elements: positions in; energies, nodal gradients and element Hessians out, one row per triangle.
+"""Finite elements: positions in; energies, gradients and Hessians out, one row per cell.
 
-Two elements with the same face (`update`, `compute`, `energies`, `gradients`, and the arrays `gradient_rows` and
-`rows` that hold gradients and Hessians):
+Every element has the face that `element.Element` says. There are two of triangles:
 
-- `student.StudentElement` carries the 3x3 deformation gradient of the lecture and calls the student's functions;
+- `student.StudentElement` carries the 3x3 deformation gradient of the lecture and calls the student's functions:
+  all of them in one kernel (`fused`), one by one (`singly`) to say what went wrong, and with what `lecture` does
+  around them on the lecture's road to the Hessian;
 - `native.NativeElement` is the framework's own 3x2 element in closed form.
 
-A closed-form Hessian is kept as its modes (`modes`), the lecture's as nine 3x3 blocks. `pattern` sums rows into
-vectors and sparse matrices of the whole cloth, in whatever `layout` a solver wants; `launch` makes a kernel cheap
-to call again; `contact` calls the collision functions; `conjugate_gradients` is the iterative solver's kernel.
+A triangle's closed-form Hessian is kept as its modes (`modes`), any other as 3x3 blocks. `pattern` sums rows into
+vectors and sparse matrices of the whole body, in whatever `layout` a solver wants; `launch` makes a kernel cheap
+to call again; `contact` calls the collision functions; `limit` keeps triangles from being stretched too far;
+`conjugate_gradients` and `fronts` are solvers' kernels.
 """

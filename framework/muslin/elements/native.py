@@ -12,6 +12,7 @@ import numpy as np
 from muslin import runtime
 from muslin.elements import modes
 from muslin.elements.arrays import REAL, TINY, index3, integers, rows, scalars, vec3s
+from muslin.elements.element import Element, Membrane, Rest
 from muslin.elements.launch import Launch, is_small
 from muslin.engine import ti
 from muslin.errors import MuslinError
@@ -20,83 +21,46 @@ from muslin.given import tangents
 #: Stretches and areas below this count as collapsed: what divides by them stays finite.
 FLOOR = 1e-6
 
-#: Parts of the kernel, as bits.
-PARTS = {"energy": 1, "gradient": 2, "hessian": 4}
-
 #: What lam weighs: (s_0 + s_1 - 2)^2 / 2 and (s_0 s_1 - 1)^2 / 2.
 TERMS = {"linearised": (1.0, 0.0), "area": (0.0, 1.0), "volumetric": (0.0, 1.0)}
 
 
-class NativeElement:
+class NativeElement(Element):
     """Energy, gradient and Hessian of every triangle, by the framework's own closed forms.
 
     Parameters
     ----------
-    X : (n, 3), triangles : (m, 3), area : (m,), normal : (m, 3)
-        Undeformed positions [m], and of the triangles vertices, areas [m^2] and unit normals.
-    mu, lam : float
-        Lamé parameters [Pa].
-    h : float
-        Thickness [m].
-    energy : {"linearised", "area", "volumetric"}
-        Energy of the stretches; on a cloth the last two are the same.
+    rest : Rest
+    membrane : Membrane
+        On a cloth the energies "area" and "volumetric" are the same.
     """
 
-    def __init__(
-        self,
-        X: np.ndarray,
-        triangles: np.ndarray,
-        area: np.ndarray,
-        normal: np.ndarray,
-        mu: float,
-        lam: float,
-        h: float,
-        energy: str,
-    ):
-        if energy not in TERMS:
+    def __init__(self, rest: Rest, membrane: Membrane):
+        if membrane.energy not in TERMS:
             raise MuslinError(
-                f"The native element does not have the energy {energy!r}.", "Run with functions."
+                f"The native element does not have the energy {membrane.energy!r}.", "Run with functions."
             )
-        m = len(triangles)
-        lam_trace, lam_area = (lam * share for share in TERMS[energy])
-        g0 = rest_gradients(X, triangles, normal)
-        self.x, self._energies, self.gradient_rows = X.copy(), np.zeros(m), np.zeros((3 * m, 3))
-        self.rows = np.zeros((m, modes.LENGTH))
+        m = len(rest.triangles)
+        super().__init__(rest.X, rest.triangles, (m, modes.LENGTH))
+        lam_trace, lam_area = (membrane.lam * share for share in TERMS[membrane.energy])
+        terms = (float(membrane.mu), float(lam_trace), float(lam_area))
+        g = rest_gradients(rest.X, rest.triangles, rest.normal)
         self._orders = np.zeros(2, dtype=np.int32)
-        self._done, self._projected = 0, False
-        out = (self._energies, self.gradient_rows, self.rows)
-        terms = (float(mu), float(lam_trace), float(lam_area))
+        out = (self.energies, self.gradients, self.hessians)
         self._launch = Launch(
-            _element(is_small(m, 80)), self._orders, self.x, triangles, g0, h * area, *terms, *out
+            _element(is_small(m, 80)),
+            self._orders,
+            self.x,
+            self.cells,
+            g,
+            membrane.h * rest.area,
+            *terms,
+            *out,
         )
 
-    def update(self, x: np.ndarray) -> None:
-        """Take new positions (n, 3)."""
-        self.x[...] = x
-        self._done = 0
-
-    def compute(self, *parts: str, project: bool = True) -> None:
-        """Compute parts ("energy", "gradient", "hessian") here, in one go, unless they are known already."""
-        wanted = sum(PARTS[part] for part in parts)
-        if project is not self._projected:
-            self._done &= ~PARTS["hessian"]
-        missing = wanted & ~self._done
-        if missing:
-            self._orders[:] = missing, project
-            self._launch()
-            self._done |= missing
-            if missing & PARTS["hessian"]:
-                self._projected = project
-
-    def energies(self) -> np.ndarray:
-        """Potential energy of each triangle, (m,) [J]."""
-        self.compute("energy", project=self._projected)
-        return self._energies
-
-    def gradients(self) -> np.ndarray:
-        """Gradient of each triangle's energy in its corners, (3 m, 3) [N]."""
-        self.compute("gradient", project=self._projected)
-        return self.gradient_rows
+    def _run(self, parts: int, project: bool) -> None:
+        self._orders[:] = parts, project
+        self._launch()
 
 
 def rest_gradients(X: np.ndarray, triangles: np.ndarray, normal: np.ndarray) -> np.ndarray:

@@ -19,32 +19,56 @@ from muslin.elements.layout import Layout, pointers
 from muslin.engine import ti
 
 
-class Pattern:
-    """Sparsity of a triangle mesh with three unknowns per vertex.
+class Gather:
+    """Sums rows of cells' corners into vertices.
 
     Parameters
     ----------
-    triangles : (m, 3) int32
+    cells : (m, k) int32
+    n : int
+        Number of vertices.
+    """
+
+    def __init__(self, cells: np.ndarray, n: int):
+        self.n = n
+        # vertex i gathers rows k e + corner
+        self.vertex_rows = np.argsort(cells.ravel(), kind="stable").astype(np.int32)
+        self.vertex_ptr = pointers(cells.ravel(), n)
+
+    def vector(self, rows: np.ndarray) -> np.ndarray:
+        """Sum rows (k m, 3), one per corner of a cell, into (n, 3)."""
+        out = np.empty((self.n, 3))
+        runtime.call(_gather_vector, rows, self.vertex_ptr, self.vertex_rows, out)
+        return out
+
+
+class Pattern(Gather):
+    """Sparsity of a mesh with three unknowns per vertex.
+
+    Parameters
+    ----------
+    cells : (m, k) int32
+        Vertices of triangles (k = 3) or tetrahedra (k = 4).
     n : int
         Number of vertices.
 
     Attributes
     ----------
+    corners : int
+        k.
     layout : Layout
-        Every pair of vertices that share a triangle.
+        Every pair of vertices that share a cell.
     indptr, indices : int32 arrays
         Scalar CSR structure of a (3n, 3n) matrix, indices sorted.
     """
 
-    def __init__(self, triangles: np.ndarray, n: int):
-        m = len(triangles)
-        self.n = n
-        # vertex i gathers rows 3 e + corner
-        self.vertex_rows = np.argsort(triangles.ravel(), kind="stable").astype(np.int32)
-        self.vertex_ptr = pointers(triangles.ravel(), n)
-        # block (i, j) gathers rows 9 e + 3 corner_i + corner_j
-        i = np.repeat(triangles, 3, axis=1).ravel().astype(np.int64)
-        j = np.tile(triangles, 3).reshape(m, 9).ravel().astype(np.int64)
+    def __init__(self, cells: np.ndarray, n: int):
+        super().__init__(cells, n)
+        m, k = cells.shape
+        self.corners = k
+        # block (i, j) gathers rows k k e + k corner_i + corner_j
+        i = np.repeat(cells, k, axis=1).ravel().astype(np.int64)
+        j = np.tile(cells, k).reshape(m, k * k).ravel().astype(np.int64)
         self._keys, inverse = np.unique(i * n + j, return_inverse=True)
         self.block_rows = np.argsort(inverse, kind="stable").astype(np.int32)
         self.block_ptr = pointers(inverse, len(self._keys))
@@ -55,14 +79,8 @@ class Pattern:
         #: position in `data` of entry (3 i + a, 3 i + a), shape (n, 3)
         self.diagonal = _diagonal(self.layout, diagonal)
 
-    def vector(self, rows: np.ndarray) -> np.ndarray:
-        """Sum rows (3 m, 3), one per triangle corner, into (n, 3)."""
-        out = np.empty((self.n, 3))
-        runtime.call(_gather_vector, rows, self.vertex_ptr, self.vertex_rows, out)
-        return out
-
     def blocks(self, factor: np.ndarray) -> np.ndarray:
-        """Sum numbers (9 m,), one per pair of a triangle's corners, into one for each block."""
+        """Sum numbers (k k m,), one per pair of a cell's corners, into one for each block."""
         return np.add.reduceat(factor[self.block_rows], self.block_ptr[:-1])
 
     def find(self, row: np.ndarray, col: np.ndarray) -> np.ndarray:
@@ -86,8 +104,8 @@ class Assembly:
         Which blocks, and where they go.
     mass : (blocks of the pattern,) array
         Factor of the identity in each block [kg].
-    rows : (m, modes.LENGTH) or (9 m, 3, 3) array
-        Element Hessians, as modes or as blocks; read anew in every call.
+    rows : (m, modes.LENGTH) or (k k m, 3, 3) array
+        Element Hessians, as modes (of triangles) or as blocks; read again in every call.
     data : (layout.size,) array, optional
         Where to write.
     """
@@ -245,8 +263,8 @@ class Impulse:
     pattern : Pattern
     mass : (blocks of the pattern,) array
         As for `Assembly`.
-    rows : (3 m, 3) array
-        Gradient of each triangle's energy in its corners; read anew in every call.
+    rows : (k m, 3) array
+        Gradient of each cell's energy in its corners; read again in every call.
     """
 
     def __init__(self, pattern: Pattern, mass: np.ndarray, rows: np.ndarray):

@@ -19,9 +19,10 @@ from muslin import scenes
 from muslin.colliders import Capsule, Collider, Plane, Sphere
 from muslin.errors import MuslinError, NotImplementedYet
 from muslin.integrators import Model, Spring, State, steps
+from muslin.mesh import area_and_normal
 from muslin.scenes import Scene
 from muslin.simulation import build
-from muslin.stand_ins import needs
+from muslin.stand_ins import NEEDS
 from muslin.tasks import Functions, failure_of, load
 
 #: Parts of a simulation (keys of `muslin.stand_ins.NEEDS`) that a session computes, and what to call them.
@@ -90,8 +91,8 @@ class Session:
 
     @property
     def triangles(self) -> np.ndarray:
-        """The cloth's triangles, (m, 3)."""
-        return self.model.body.triangles
+        """The surface's triangles, (t, 3)."""
+        return self.model.body.surface
 
     @property
     def origin(self) -> np.ndarray:
@@ -240,12 +241,13 @@ class Session:
             return self._own_spring
         target = (self._pull + self.origin).tolist()
         # half the cloth's own stiffness: it follows the hand, and gives before a triangle is torn out
-        stiffness = max(self.scene.drag_stiffness, self.model.body.mu * self.model.body.h / 2)
+        stiffness = max(self.scene.drag_stiffness, self.model.body.stiffness / 2)
         return Spring(self.grabbed, (target[0], target[1], target[2]), stiffness)
 
     def _edge(self) -> float:
         """A usual length of an edge [m]."""
-        return float(np.sqrt(2.5 * self.model.body.area.mean()))
+        body = self.model.body
+        return float(np.sqrt(2.5 * area_and_normal(body.X, body.surface)[0].mean()))
 
     # Words -------------------------------------------------------------------------------------------------
 
@@ -266,11 +268,13 @@ class Session:
         body = self.model.body
         if body.functions is None:
             return []
-        yours = [name for part, name in PARTS.items() if body.by_student(part) is not None]
+        needs = {**NEEDS, **body.needs}
+        calling = {part for part in PARTS if body.roles.calling(needs[part]) is not None}
+        yours = [name for part, name in PARTS.items() if part in calling]
         lines = [f"Your functions compute: {', '.join(yours) or 'nothing yet'}."]
-        if missing := [part for part in PARTS if body.by_student(part) is None]:
+        if missing := [part for part in PARTS if part not in calling]:
             lines.append(f"Muslin stands in for: {', '.join(PARTS[part] for part in missing)}.")
-            wanted = {n for part in missing for n in needs(part, body.energy_name, body.road)}
+            wanted = {n for part in missing for n in needs[part]}
             lines.append(
                 f"Because: {', '.join(f'{t} {why}' for t, why in self.faults.items() if t in wanted)}."
             )
@@ -357,7 +361,7 @@ def faults(functions: Functions, parts: Iterable[str] = tuple(PARTS)) -> dict[st
     """
     from muslin.reference import check
 
-    wanted = [name for name in functions.assignment.tasks if any(name in needs(part) for part in parts)]
+    wanted = [name for name in functions.assignment.tasks if any(name in NEEDS[part] for part in parts)]
     found = {}
     for name in wanted:
         failure = failure_of(functions[name])
