@@ -1,5 +1,6 @@
-"""Taichi and Quadrants give the same numbers, where both are installed: the first steps of every scene."""
+"""Taichi and Quadrants give the same numbers, where both are installed: the first steps of every scene, and grades."""
 
+import json
 import os
 import subprocess
 import sys
@@ -31,6 +32,28 @@ for name in scenes.SCENES:
 np.savez({out!r}, **found)
 """
 
+#: Grades the solution, the stubs, and submissions with a misconception in every function: 68 in four.
+GRADE = """
+import json, sys
+from pathlib import Path
+import muslin
+from muslin import paths
+sys.path.insert(0, {suite!r})
+import suite
+folders = {{"solution": paths.solution("cloth"), "stubs": paths.assignment("cloth")}}
+for k, chosen in zip(range({rounds}), suite.rounds("wrong")):
+    folders["wrong %d" % k] = suite.submission(Path({out!r}) / str(k), chosen)
+found = {{}}
+for name, folder in folders.items():
+    record = muslin.grade(folder, seed="engines")
+    found[name] = dict(score=record.score, simulation=record.simulation.status)
+    for task in record:
+        checks = [(check.name, check.status, check.cause) for check in task.checks]
+        found[name][task.name] = task.status, task.score, task.message, checks
+print(json.dumps(found))
+"""
+ROUNDS = 4
+
 
 @pytest.fixture(scope="module")
 def computed(tmp_path_factory):
@@ -55,3 +78,21 @@ def test_the_first_steps_of_every_scene_are_the_same_on_either_engine(computed):
         np.testing.assert_allclose(
             theirs[name], values, rtol=0, atol=1e-12 * np.abs(values).max(), err_msg=name
         )
+
+
+def graded(name: str, folder: Path) -> dict[str, dict[str, object]]:
+    """What grading says on an engine, by submission."""
+    suite = str(ROOT / "tests" / "misconceptions")
+    code = GRADE.format(suite=suite, rounds=ROUNDS, out=str(folder))
+    environment = os.environ | {engine.VARIABLE: name, "XDG_CACHE_HOME": str(folder)}
+    done = subprocess.run([sys.executable, "-c", code], env=environment, check=True, stdout=subprocess.PIPE)
+    return dict(json.loads(done.stdout))
+
+
+def test_the_solution_the_stubs_and_misconceptions_get_the_same_grade_on_either_engine(tmp_path):
+    ours, theirs = (graded(name, tmp_path / name) for name in engine.ENGINES)
+    assert ours["solution"]["score"] == 100
+    assert ours["stubs"]["score"] == 0
+    assert len(ours) == 2 + ROUNDS
+    for name, said in ours.items():
+        assert theirs[name] == said, name
