@@ -83,10 +83,8 @@ if hasattr(errno, "EDQUOT"):
 
 def of_system(error: OSError) -> MuslinError:
     """What the system refused, for people: a full disk, a folder that is not theirs, a path below a file."""
-    try:
-        os.getcwd()
-    except OSError:
-        return MuslinError("The folder you are in is there no longer.", "Go to another one: cd")
+    if (gone := no_folder()) is not None:
+        return gone
     what = error.strerror or str(error) or type(error).__name__
     if error.errno == errno.ENOSPC:
         what = "No space left" + (f" for {error.filename}" if error.filename else "")
@@ -96,6 +94,15 @@ def of_system(error: OSError) -> MuslinError:
         names = [os.fspath(name) for name in (error.filename, error.filename2) if name is not None]
         what = f"{' and '.join(map(_name, names))}: {what}"
     return MuslinError(f"{what}.", _NEXT.get(error.errno or 0, ""))
+
+
+def no_folder() -> MuslinError | None:
+    """What to say where the current folder has been removed: then anything fails, in words of its own."""
+    try:
+        os.getcwd()
+    except OSError:
+        return MuslinError("The folder you are in is there no longer.", "Go to another one: cd")
+    return None
 
 
 def _name(name: str | bytes | int) -> str:

@@ -16,7 +16,7 @@ from typer.core import TyperGroup
 from muslin import __version__
 from muslin.cli import console
 from muslin.cli.console import say
-from muslin.errors import MuslinError, choices, of_system
+from muslin.errors import MuslinError, choices, no_folder, of_system
 from muslin.text import visible
 
 if TYPE_CHECKING:
@@ -144,11 +144,12 @@ def main() -> None:
     except Exception as error:
         if os.environ.get("MUSLIN_DEBUG"):
             raise
-        code = _told(
+        told = (
             f"an error in Muslin itself, not in your files: {type(error).__name__}: {visible(str(error))}. "
-            "Set MUSLIN_DEBUG=1 to see where, and please report it.",
-            70,
+            "Set MUSLIN_DEBUG=1 to see where, and please report it."
         )
+        gone = no_folder()  # Python 3.13 then imports no library: SystemError
+        code = _told(told, 70) if gone is None else _told(str(gone), 1)
     if code:
         sys.exit(code)
 
