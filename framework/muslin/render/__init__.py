@@ -10,6 +10,7 @@
 | `stage`     | colliders and ground around a cloth, its pattern: one look for pictures, exports and viewers |
 | `picture`   | `draw`, its qualities and light; legend, caption, PNG |
 | `raster`    | kernels: which triangle a sample sees, how far light gets |
+| `colours`   | what a surface's own colour is: strain map, checker, weave |
 | `shade`     | kernels: sky, sun, colour of every pixel |
 | `movie`     | `Movie`: mp4, WebP, GIF or a folder of PNGs |
 | `plot`      | `plot_energies`, `line_plot` |

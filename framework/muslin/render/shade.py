@@ -5,6 +5,7 @@ each side of the surface apart, with one depth map per direction: cheap, and fre
 is sampled per pixel, from several depth maps spread over the sun's disc, so its edge softens with distance.
 """
 
+from muslin.render.colours import Vec3, patterned, strained, three, three_of
 from muslin.render.raster import D2, F1, F2, I1, I2, MIXED, U1, U3, F, reached, sample_place, ti
 
 # Columns of the vertex table.
@@ -21,8 +22,6 @@ SURFACE_COLUMNS = 23
 EYE, TO_SUN, SUN, SKY, FLOOR, TOP, BOTTOM, WIRE_COLOUR = 0, 3, 6, 9, 12, 15, 18, 21
 OFFSET, WIRE_WIDTH, WHITEST, ROOF, LOWEST = 24, 25, 26, 27, 39
 SETTINGS = 40
-
-Vec3 = ti.types.vector(3, ti.f32)
 
 
 @ti.kernel
@@ -126,71 +125,9 @@ def smooth_light(triangles: I2, passes: ti.i32, vertex: F2, sums: F2):
 
 
 @ti.func
-def three(table: ti.template(), first) -> Vec3:
-    """Three numbers of a list."""
-    return Vec3(table[first], table[first + 1], table[first + 2])
-
-
-@ti.func
-def three_of(table: ti.template(), row, first) -> Vec3:
-    """Three numbers of a row."""
-    return Vec3(table[row, first], table[row, first + 1], table[row, first + 2])
-
-
-@ti.func
 def unit(v):
     """The unit vector along v; `normalized()` would compute it in double precision."""
     return v * (F(1.0) / ti.sqrt(v.dot(v) + F(1e-30)))
-
-
-@ti.func
-def wave(x):
-    """Integral of the square wave that is +1 on even and -1 on odd unit intervals."""
-    r = x - 2 * ti.floor(x * F(0.5))
-    return 1 - ti.abs(r - 1)
-
-
-@ti.func
-def random(i, j):
-    """A number in [0, 1) that looks random and depends on two integers only."""
-    h = ti.cast(i, ti.u32) * ti.u32(0x8DA6B343) ^ ti.cast(j, ti.u32) * ti.u32(0xD8163841)
-    h = (h ^ (h >> 15)) * ti.u32(0x2C1B3C6D)
-    h = (h ^ (h >> 12)) * ti.u32(0x297A2D39)
-    h = h ^ (h >> 15)
-    return ti.cast(h >> 8, ti.f32) * F(5.9604645e-08)
-
-
-@ti.func
-def uneven(x, seed):
-    """Smooth noise in [-1, 1] along a line."""
-    i = ti.cast(ti.floor(x), ti.i32)
-    t = ti.cast(x - ti.floor(x), ti.f32)
-    a = random(i, seed)
-    b = random(i + 1, seed)
-    return 2 * (a + (b - a) * t * t * (3 - 2 * t)) - 1
-
-
-@ti.func
-def woven(s, t, width):
-    """Brightness of plain weave around 1, and the share of weft; s, t in yarns, width of a pixel in yarns.
-
-    Whatever is finer than a pixel has faded out before it could alias.
-    """
-    i = ti.cast(ti.floor(s), ti.i32)
-    j = ti.cast(ti.floor(t), ti.i32)
-    across = s - i - F(0.5)
-    along = t - j - F(0.5)
-    weft = F((i + j) & 1)
-    if weft > 0:
-        across, along = along, across
-    yarn = (1 - 4 * across * across) * (1 - F(1.6) * along * along) - F(0.58)
-    keep = ti.math.clamp(F(1.5) - F(2.4) * width, F(0.0), F(1.0))
-    # Handspun yarns: each a little lighter or darker, thicker places along it, bands of many yarns.
-    slub = weft * uneven(s * F(0.11), j) + (1 - weft) * uneven(t * F(0.11), i + 7919)
-    band = uneven(s * F(0.2), 11) + uneven(t * F(0.2), 12)
-    wide = ti.math.clamp(F(1.5) - F(0.4) * width, F(0.0), F(1.0))
-    light = 1 + keep * (F(0.26) * yarn + F(0.07) * slub) + F(0.022) * wide * band
-    return light, F(0.5) + keep * (weft - F(0.5))
 
 
 @ti.func
@@ -220,18 +157,13 @@ def under_the_open_sky(q, settings: ti.template(), roof: ti.template()):
 
 
 @ti.func
-def colour_at(
-    m, x, y, samples, behind, vertex: ti.template(), triangles: ti.template(), facing: ti.template(),
-    edges: ti.template(), surfaces: ti.template(), settings: ti.template(), strain: ti.template(),
-    frames: ti.template(), maps: ti.template(), res, roof: ti.template(),
-) -> Vec3:  # fmt: skip
-    """Linear light that leaves triangle m towards the eye at the place (x, y) of the picture."""
-    i, j, k, which = triangles[m, 0], triangles[m, 1], triangles[m, 2], triangles[m, 3]
-    b = barycentric(edges, m, x, y)
+def spot_at(b, m, vertex: ti.template(), triangles: ti.template(), facing: ti.template(), smooth):
+    """Place, unit normal towards the eye, and whether the back is seen (0, 1) at b in triangle m."""
+    i, j, k = triangles[m, 0], triangles[m, 1], triangles[m, 2]
     p0, p1, p2 = three_of(vertex, i, 0), three_of(vertex, j, 0), three_of(vertex, k, 0)
     p = b[0] * p0 + b[1] * p1 + b[2] * p2
     n = Vec3(0.0)
-    if surfaces[which, SMOOTH] > 0:
+    if smooth > 0:
         n = (
             b[0] * three_of(vertex, i, NORMAL)
             + b[1] * three_of(vertex, j, NORMAL)
@@ -244,102 +176,119 @@ def colour_at(
     if facing[m] < 0:
         back = 1
         n = -n
-    value = b[0] * vertex[i, VALUE] + b[1] * vertex[j, VALUE] + b[2] * vertex[k, VALUE]
-    # The surface's own colour.
-    kind = ti.cast(surfaces[which, KIND], ti.i32)
-    own = three_of(surfaces, which, FRONT + 3 * back)
-    if kind == 3:
-        lo, hi = surfaces[which, LO], surfaces[which, HI]
-        t = F(0.5) + F(0.5) * (value - 1) / (hi - 1)
-        if value < 1:
-            t = F(0.5) * (value - lo) / (1 - lo)
-        t = ti.math.clamp(t, F(0.0), F(1.0)) * (strain.shape[0] - 1)
-        row = ti.min(ti.cast(t, ti.i32), strain.shape[0] - 2)
-        own = three_of(strain, row, 0) + (t - row) * (three_of(strain, row + 1, 0) - three_of(strain, row, 0))
-    elif kind > 0:
-        second = three_of(surfaces, which, SECOND + 3 * back)
-        scale = surfaces[which, SCALE]
-        uv = ti.Vector([F(0.0), F(0.0)])
-        uv_right = ti.Vector([F(0.0), F(0.0)])
-        uv_down = ti.Vector([F(0.0), F(0.0)])
-        b_right = barycentric(edges, m, x + samples, y)
-        b_down = barycentric(edges, m, x, y + samples)
-        for c in ti.static(range(2)):
-            w = Vec3(vertex[i, UV + c], vertex[j, UV + c], vertex[k, UV + c]) / scale
-            uv[c] = b.dot(w)
-            uv_right[c] = b_right.dot(w) - uv[c]
-            uv_down[c] = b_down.dot(w) - uv[c]
-        wide = ti.max(ti.abs(uv_right), ti.abs(uv_down))
-        if kind == 2:
-            half = ti.max(wide, F(1e-3)) * F(0.5)
-            s = (wave(uv[0] + half[0]) - wave(uv[0] - half[0])) / (2 * half[0])
-            t = (wave(uv[1] + half[1]) - wave(uv[1] - half[1])) / (2 * half[1])
-            own += (F(0.5) - F(0.5) * s * t) * (second - own)
-        else:
-            width = ti.sqrt(ti.max(uv_right.dot(uv_right), uv_down.dot(uv_down)))
-            light, weft = woven(uv[0], uv[1], width)
-            own = light * (own + weft * (second - own))
-    # Sun: reflected on the lit side; some shines through from the other.
-    to_sun = three(settings, TO_SUN)
-    cosine = n.dot(to_sun)
+    return p, n, back
+
+
+@ti.func
+def corners_of(m, column, vertex: ti.template(), triangles: ti.template()) -> Vec3:
+    """What a column of the vertex table says at the corners of triangle m."""
+    return Vec3(
+        vertex[triangles[m, 0], column], vertex[triangles[m, 1], column], vertex[triangles[m, 2], column]
+    )
+
+
+@ti.func
+def sun_over(cosine, translucency):
+    """Share of the sunlight that the seen side sends on, and on which side it arrives (1: the seen one, -1)."""
     share = cosine
-    out = F(1.0)
-    if cosine < 0:
-        out = F(-1.0)
-        share = -surfaces[which, TRANSLUCENCY] * cosine
-    sun = F(0.0)
-    if share > 0:
-        # Step off the surface just as far as the depth maps' texels make it uncertain.
-        q = p + out * settings[OFFSET] * ti.sqrt(ti.max(F(0.02), 1 - cosine * cosine)) * n
-        sun = F(1.0)
-        if not under_the_open_sky(q, settings, roof):
-            # The first few lie on the sun's rim: if they all agree, so will the rest.
-            total = frames.shape[0]
-            known = ti.min(total, 8)
-            sun = F(0.0)
-            s = 0
-            while s < known:
-                sun += reached(maps, frames, res, s, F(1.0), s, q)
-                s += 1
-                if s == 8 and sun > 0 and sun < 8:
-                    known = total
-            sun /= F(known)
-    # Sky and floor, as seen from this side.
+    side = F(1.0)
+    if cosine < 0:  # some shines through from the other
+        side = F(-1.0)
+        share = -translucency * cosine
+    return share, side
+
+
+@ti.func
+def sun_seen(
+    q, settings: ti.template(), frames: ti.template(), maps: ti.template(), res, roof: ti.template()
+):
+    """Share of the sun's disc that a point sees."""
+    sun = F(1.0)
+    if not under_the_open_sky(q, settings, roof):
+        # The first few lie on the sun's rim: if they all agree, so will the rest.
+        total = frames.shape[0]
+        known = ti.min(total, 8)
+        sun = F(0.0)
+        s = 0
+        while s < known:
+            sun += reached(maps, frames, res, s, F(1.0), s, q)
+            s += 1
+            if s == 8 and sun > 0 and sun < 8:
+                known = total
+        sun /= F(known)
+    return sun
+
+
+@ti.func
+def light_around(
+    m, b, back, vertex: ti.template(), triangles: ti.template(), settings: ti.template()
+) -> Vec3:
+    """Light of sky and floor on the seen side."""
     sky = F(0.0)
     floor = F(0.0)
     for c in ti.static(range(3)):
         corner = triangles[m, c]
         sky += b[c] * vertex[corner, SKY_FRONT + 2 * back]
         floor += b[c] * vertex[corner, FLOOR_FRONT + 2 * back]
+    return sky * three(settings, SKY) + floor * three(settings, FLOOR)
+
+
+@ti.func
+def glossed(light, own, p, n, share, cosine, sun, around, sheen, rough, settings: ti.template()) -> Vec3:
+    """The light of a matt surface with what sheen and gloss add to it."""
+    result = light
+    to_eye = unit(three(settings, EYE) - p)
     sun_colour = three(settings, SUN)
-    around = sky * three(settings, SKY) + floor * three(settings, FLOOR)
-    light = own * (share * sun * sun_colour + around)
-    sheen, rough = surfaces[which, SHEEN], surfaces[which, ROUGHNESS]
-    if sheen > 0 or rough < F(0.95):
-        to_eye = unit(three(settings, EYE) - p)
-        graze = 1 - ti.max(n.dot(to_eye), F(0.0))
-        graze2 = graze * graze
-        soft = sheen * graze2 * graze
-        light += soft * (F(0.25) + F(0.75) * own) * (F(0.5) * share * sun * sun_colour + around)
-        if rough < F(0.95):
-            alpha = rough * rough
-            power = F(2.0) / (alpha * alpha) - 2
-            h = unit(to_eye + to_sun)
-            fresnel = F(0.04) + F(0.96) * graze2 * graze2 * graze
-            shine = F(0.005) * (power + 8) * ti.pow(ti.max(n.dot(h), F(0.0)), power)
-            light += ti.max(cosine, F(0.0)) * sun * shine * sun_colour
-            light += fresnel * (1 - rough) * around * (F(0.6) + F(0.4) * n[1])
-    if surfaces[which, WIRE] > 0:
-        rim = F(1e9)  # distance to the nearest edge in pixels
-        for c in range(3):
-            across, along = edges[m, 3 * c], edges[m, 3 * c + 1]
-            here = across * x + along * y + edges[m, 3 * c + 2]
-            rim = ti.min(rim, F(here / (samples * ti.sqrt(across * across + along * along))))
-        line = ti.math.clamp(settings[WIRE_WIDTH] + F(0.5) - rim, F(0.0), F(1.0)) * F(0.75)
-        light += line * (three(settings, WIRE_COLOUR) - light)
-    if surfaces[which, FADE] > 0:
-        light = behind + value * (light - behind)
-    return light
+    graze = 1 - ti.max(n.dot(to_eye), F(0.0))
+    graze2 = graze * graze
+    soft = sheen * graze2 * graze
+    result += soft * (F(0.25) + F(0.75) * own) * (F(0.5) * share * sun * sun_colour + around)
+    if rough < F(0.95):
+        alpha = rough * rough
+        power = F(2.0) / (alpha * alpha) - 2
+        h = unit(to_eye + three(settings, TO_SUN))
+        fresnel = F(0.04) + F(0.96) * graze2 * graze2 * graze
+        shine = F(0.005) * (power + 8) * ti.pow(ti.max(n.dot(h), F(0.0)), power)
+        result += ti.max(cosine, F(0.0)) * sun * shine * sun_colour
+        result += fresnel * (1 - rough) * around * (F(0.6) + F(0.4) * n[1])
+    return result
+
+
+@ti.func
+def wired(light, m, x, y, samples, edges: ti.template(), settings: ti.template()) -> Vec3:
+    """The light with the triangle's edges drawn over it."""
+    rim = F(1e9)  # distance to the nearest edge in pixels
+    for c in range(3):
+        across, along = edges[m, 3 * c], edges[m, 3 * c + 1]
+        here = across * x + along * y + edges[m, 3 * c + 2]
+        rim = ti.min(rim, F(here / (samples * ti.sqrt(across * across + along * along))))
+    line = ti.math.clamp(settings[WIRE_WIDTH] + F(0.5) - rim, F(0.0), F(1.0)) * F(0.75)
+    return light + line * (three(settings, WIRE_COLOUR) - light)
+
+
+@ti.func
+def alike(place, row, column, samples, jitter, all_see, sample_seen: ti.template(), first):
+    """Triangle that a sample of a pixel sees, how many of the samples do, and the middle of them.
+
+    The count is not positive where a sample before this one has spoken for it.
+    """
+    total = samples * samples
+    m, count = all_see, total
+    x, y = samples * (column + 0.5), samples * (row + 0.5)
+    if m == MIXED:
+        m = sample_seen[first + place]
+        count, x, y = 0, 0.0, 0.0
+        for r in range(total):
+            if sample_seen[first + r] == m:
+                if r < place:
+                    count = -total
+                a, b = sample_place(row * samples + r // samples, column * samples + r % samples, jitter)
+                x += a
+                y += b
+                count += 1
+        x /= count
+        y /= count
+    return m, count, x, y
 
 
 @ti.kernel
@@ -364,31 +313,44 @@ def shade(
             light = Vec3(0.0)
             place = 0
             while place < total:
-                m, count = seen[pixel], total
-                x, y = samples * (column + 0.5), samples * (row + 0.5)
-                if m == MIXED:
-                    # The samples that see the same triangle as this one, unless one before it does.
-                    m = sample_seen[pixel * total + place]
-                    count, x, y = 0, 0.0, 0.0
-                    for r in range(total):
-                        if sample_seen[pixel * total + r] == m:
-                            if r < place:
-                                count = -total
-                            a, b = sample_place(
-                                row * samples + r // samples, column * samples + r % samples, jitter
-                            )
-                            x += a
-                            y += b
-                            count += 1
-                    x /= count
-                    y /= count
+                m, count, x, y = alike(
+                    place, row, column, samples, jitter, seen[pixel], sample_seen, pixel * total
+                )
                 if count > 0:
                     colour = behind
                     if m >= 0:
-                        colour = colour_at(
-                            m, x, y, samples, behind, vertex, triangles, facing, edges, surfaces, settings, strain,
-                            frames, maps, res, roof,
-                        )  # fmt: skip
+                        b = barycentric(edges, m, x, y)
+                        which = triangles[m, 3]
+                        p, n, back = spot_at(b, m, vertex, triangles, facing, surfaces[which, SMOOTH])
+                        value = b.dot(corners_of(m, VALUE, vertex, triangles))
+                        own = three_of(surfaces, which, FRONT + 3 * back)
+                        kind = ti.cast(surfaces[which, KIND], ti.i32)
+                        if kind == 3:
+                            own = strained(value, surfaces[which, LO], surfaces[which, HI], strain)
+                        elif kind > 0:
+                            own = patterned(
+                                own, three_of(surfaces, which, SECOND + 3 * back), kind == 2, surfaces[which, SCALE],
+                                b, barycentric(edges, m, x + samples, y), barycentric(edges, m, x, y + samples),
+                                corners_of(m, UV, vertex, triangles), corners_of(m, UV + 1, vertex, triangles),
+                            )  # fmt: skip
+                        cosine = n.dot(three(settings, TO_SUN))
+                        share, side = sun_over(cosine, surfaces[which, TRANSLUCENCY])
+                        sun = F(0.0)
+                        if share > 0:
+                            # Step off the surface just as far as the depth maps' texels make it uncertain.
+                            off = settings[OFFSET] * ti.sqrt(ti.max(F(0.02), 1 - cosine * cosine))
+                            sun = sun_seen(p + side * off * n, settings, frames, maps, res, roof)
+                        around = light_around(m, b, back, vertex, triangles, settings)
+                        colour = own * (share * sun * three(settings, SUN) + around)
+                        sheen, rough = surfaces[which, SHEEN], surfaces[which, ROUGHNESS]
+                        if sheen > 0 or rough < F(0.95):
+                            colour = glossed(
+                                colour, own, p, n, share, cosine, sun, around, sheen, rough, settings
+                            )
+                        if surfaces[which, WIRE] > 0:
+                            colour = wired(colour, m, x, y, samples, edges, settings)
+                        if surfaces[which, FADE] > 0:
+                            colour = behind + value * (colour - behind)
                     light += count * colour
                 place += 1
                 if count == total:
