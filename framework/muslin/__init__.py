@@ -24,20 +24,21 @@ _HOMES = {
     "load": "muslin.tasks",
     "evaluate": "muslin.batch",
     "Mesh": "muslin.mesh",
+    "TetMesh": "muslin.mesh",
     "Cloth": "muslin.cloth",
     "simulate": "muslin.simulation",
     "grade": "muslin.grading.grader",
     "MuslinError": "muslin.errors",
 }
 
-__all__ = ["Cloth", "Mesh", "MuslinError", "evaluate", "grade", "load", "simulate"]
+__all__ = ["Cloth", "Mesh", "MuslinError", "TetMesh", "evaluate", "grade", "load", "simulate"]
 
 if TYPE_CHECKING:
     from muslin.batch import evaluate
     from muslin.cloth import Cloth
     from muslin.errors import MuslinError
     from muslin.grading.grader import grade
-    from muslin.mesh import Mesh
+    from muslin.mesh import Mesh, TetMesh
     from muslin.simulation import simulate
     from muslin.tasks import load
 

@@ -1,9 +1,10 @@
-"""Triangle meshes: from files, from arrays and from formulas, checked before anything is simulated.
+"""Meshes of triangles and tetrahedra: from files, from arrays and from formulas, checked before they are used.
 
     file or formula -> load / grid / unstructured / sector / Mesh.from_arrays -> Mesh (checked)
 
-A `Mesh` is the undeformed cloth: vertices X (n, 3) in metres and triangles (m, 3). Whatever cannot be cloth
-is refused with a `MeshError` that names the file, the line or element, how many there are, and what to do.
+A `Mesh` is the undeformed cloth: vertices X (n, 3) in metres and triangles (m, 3). A `TetMesh`, from `load_tets`,
+`block` or `ball`, is an undeformed solid: tetrahedra (m, 4), and the triangles of its surface. Whatever cannot be
+either is refused with a `MeshError` that names the file, the line or element, how many there are, and what to do.
 
 ==============  ============================================================================
 `surface`       `Mesh`, and what a simulator asks of triangles: areas, normals, edges, boundary
@@ -15,13 +16,17 @@ is refused with a `MeshError` that names the file, the line or element, how many
 `gmsh`          Gmsh, through meshio on a short leash
 `polygons`      what a file holds before it is triangles, and cutting polygons up
 `refusals`      the words for a file that cannot be read
+`tets`          `TetMesh`, what it must satisfy, and its surface
+`tetfiles`      `load_tets`: from Gmsh and VTK too, and from `medit` and `tetgen`
 `shapes`        `grid`, `unstructured`, `sector`
+`solids`        `block`, `ball`
 `shipped`       the meshes in data/meshes, as calls of the generators
 ==============  ============================================================================
 """
 
 from muslin.mesh.files import load, save
 from muslin.mesh.shapes import grid, sector, unstructured
+from muslin.mesh.solids import ball, block
 from muslin.mesh.surface import (
     Mesh,
     area_and_normal,
@@ -31,15 +36,22 @@ from muslin.mesh.surface import (
     principal_stretches,
     vertex_normals,
 )
+from muslin.mesh.tetfiles import load_any, load_tets
+from muslin.mesh.tets import TetMesh
 
 __all__ = [
     "Mesh",
+    "TetMesh",
     "area_and_normal",
+    "ball",
+    "block",
     "boundary",
     "check",
     "edges",
     "grid",
     "load",
+    "load_any",
+    "load_tets",
     "principal_stretches",
     "save",
     "sector",

@@ -37,6 +37,8 @@ class Places:
         The line each vertex and face stands on, for text formats.
     file : bool
         Whether the mesh came from a file; hints differ.
+    kind : str
+        What a cell is called, "triangle" or "tetrahedron"; a face of a file need not be a triangle yet.
     """
 
     mesh: str
@@ -46,6 +48,7 @@ class Places:
     vertex_lines: np.ndarray | None = None
     face_lines: np.ndarray | None = None
     file: bool = True
+    kind: str = "triangle"
 
     def vertex(self, i: int) -> str:
         """Where vertex i is."""
@@ -53,7 +56,9 @@ class Places:
 
     def face(self, i: int) -> str:
         """Where face i is."""
-        return self._place("face" if self.file else "triangle", i, self.faces, self.face_lines)
+        return self._place(
+            "face" if self.file and self.kind == "triangle" else self.kind, i, self.faces, self.face_lines
+        )
 
     def number(self, i: int) -> int:
         """What the file calls vertex i."""
@@ -103,22 +108,22 @@ def check_coordinates(vertices: np.ndarray, places: Places) -> None:
         raise MeshError(
             f"{places.mesh} has no vertices.",
             places.advice(
-                "Is it the right file, and was the export complete?", "Give it at least one triangle."
+                "Is it the right file, and was the export complete?", f"Give it at least one {places.kind}."
             ),
         )
     bad = ~np.isfinite(vertices).all(axis=1)
-    _refuse(
+    refuse(
         bad,
         lambda i: f"{places.vertex(i)} = {_row(vertices[i])}",
         lambda n: (
-            f"{places.mesh}: {_count(n, 'vertex has', 'vertices have')} a coordinate that is not finite"
+            f"{places.mesh}: {counted(n, 'vertex has', 'vertices have')} a coordinate that is not finite"
         ),
-        "Fix or remove these vertices, and the faces that use them.",
+        "Fix or remove these vertices, and what uses them.",
     )
-    _refuse(
+    refuse(
         (np.abs(vertices) > LARGEST).any(axis=1),
         lambda i: f"{places.vertex(i)} = {_row(vertices[i])}",
-        lambda n: f"{places.mesh}: {_count(n, 'vertex is', 'vertices are')} farther out than {LARGEST:g} m",
+        lambda n: f"{places.mesh}: {counted(n, 'vertex is', 'vertices are')} farther out than {LARGEST:g} m",
         "Coordinates are in metres: check the units, and that the numbers were written correctly.",
     )
 
@@ -156,7 +161,7 @@ def check_faces(groups: list[tuple[np.ndarray, np.ndarray]], n: int, places: Pla
         groups,
         misuse,
         lambda k: (
-            f"{places.mesh}: {_count(k, 'face uses', 'faces use')} a vertex that does not exist "
+            f"{places.mesh}: {counted(k, 'face uses', 'faces use')} a vertex that does not exist "
             f"(there {'is' if n == 1 else 'are'} {n}: {span})"
         ),
         places.advice(
@@ -170,7 +175,7 @@ def check_faces(groups: list[tuple[np.ndarray, np.ndarray]], n: int, places: Pla
         ordered = np.sort(corners, axis=1)
 
         def describe(row: int) -> str:
-            return f"{places.face(ids[row])}, with vertices {_names(corners[row], places)}"
+            return f"{places.face(ids[row])}, with vertices {listed(corners[row], places)}"
 
         return (ordered[:, 1:] == ordered[:, :-1]).any(axis=1), describe
 
@@ -178,7 +183,7 @@ def check_faces(groups: list[tuple[np.ndarray, np.ndarray]], n: int, places: Pla
         groups,
         repeats,
         lambda k: (
-            f"{places.mesh}: {_count(k, 'face is', 'faces are')} degenerate, using the same vertex twice"
+            f"{places.mesh}: {counted(k, 'face is', 'faces are')} degenerate, using the same vertex twice"
         ),
         places.advice(
             "Remove them (in Blender: Mesh > Clean Up > Degenerate Dissolve).",
@@ -194,14 +199,14 @@ def _check_flat(vertices: np.ndarray, triangles: np.ndarray, places: Places) -> 
     normal = np.cross(sides[:, 0], sides[:, 1])
     twice_area = np.sqrt(np.einsum("mk,mk->m", normal, normal))
     flat = (longest < SMALLEST) | (twice_area < FLATTEST * longest**2)
-    _refuse(
+    refuse(
         flat,
         lambda i: (
-            f"{places.face(i)}, with vertices {_names(triangles[i], places)}, "
+            f"{places.face(i)}, with vertices {listed(triangles[i], places)}, "
             f"area {twice_area[i] / 2:.3g} m^2 on a longest edge of {longest[i]:.3g} m"
         ),
         lambda n: (
-            f"{places.mesh}: {_count(n, 'triangle is', 'triangles are')} degenerate, with (almost) no area"
+            f"{places.mesh}: {counted(n, 'triangle is', 'triangles are')} degenerate, with (almost) no area"
         ),
         "Merge or move the vertices that lie on a line"
         + places.advice(" (in Blender: Mesh > Clean Up > Degenerate Dissolve, or Merge by Distance).", "."),
@@ -217,10 +222,12 @@ def _check_duplicates(triangles: np.ndarray, places: Places) -> None:
     repeat[order[1:][same]] = True
     first = np.arange(len(triangles))
     first[order[1:][same]] = order[:-1][same]
-    _refuse(
+    refuse(
         repeat,
         lambda i: f"{places.face(i)}, the same as {places.face(first[i])}",
-        lambda n: f"{places.mesh}: {_count(n, 'triangle is', 'triangles are')} a duplicate of an earlier one",
+        lambda n: (
+            f"{places.mesh}: {counted(n, 'triangle is', 'triangles are')} a duplicate of an earlier one"
+        ),
         "Remove the duplicates" + places.advice(" (in Blender: Mesh > Clean Up > Merge by Distance).", "."),
     )
 
@@ -245,11 +252,11 @@ def _check_edges(triangles: np.ndarray, n: int, places: Places) -> None:
         more = ", ..." if len(half_edges) > 3 else ""
         return ", ".join(shown) + more
 
-    _refuse(
+    refuse(
         times > 2,
         lambda e: f"{edge(e)}, in {times[e]} triangles: {faces(e)}",
         lambda k: (
-            f"{places.mesh}: {_count(k, 'edge is', 'edges are')} non-manifold, "
+            f"{places.mesh}: {counted(k, 'edge is', 'edges are')} non-manifold, "
             "shared by more than two triangles"
         ),
         "Cloth has at most two triangles at an edge: split the extra sheets off"
@@ -257,11 +264,11 @@ def _check_edges(triangles: np.ndarray, n: int, places: Places) -> None:
     )
     # The edge of two neighbours is walked once up and once down, or one of the two is turned over.
     ups = np.add.reduceat(upward[order].astype(np.int64), first)
-    _refuse(
+    refuse(
         (times == 2) & (ups != 1),
         lambda e: f"{edge(e)}, between {faces(e)}",
         lambda k: (
-            f"{places.mesh}: inconsistent winding: at {_count(k, 'edge', 'edges')} "
+            f"{places.mesh}: inconsistent winding: at {counted(k, 'edge', 'edges')} "
             f"the two triangles run in the same direction, so their normals oppose each other"
         ),
         "Turn the triangles to one side"
@@ -274,17 +281,17 @@ def _check_edges(triangles: np.ndarray, n: int, places: Places) -> None:
 def _check_unused(triangles: np.ndarray, n: int, places: Places) -> None:
     used = np.zeros(n, dtype=bool)
     used[triangles.ravel()] = True
-    _refuse(
+    refuse(
         ~used,
         places.vertex,
         lambda k: (
-            f"{places.mesh}: {_count(k, 'vertex is', 'vertices are')} unused: in no triangle, so without mass"
+            f"{places.mesh}: {counted(k, 'vertex is', 'vertices are')} unused: in no triangle, so without mass"
         ),
         "Remove loose vertices" + places.advice(" (in Blender: Mesh > Clean Up > Delete Loose).", "."),
     )
 
 
-def _refuse(bad: np.ndarray, where: Callable[[int], str], what: Callable[[int], str], hint: str) -> None:
+def refuse(bad: np.ndarray, where: Callable[[int], str], what: Callable[[int], str], hint: str) -> None:
     """Raise if any is bad: what(how many), the first of them where(index), and the hint."""
     count = int(np.count_nonzero(bad))
     if count:
@@ -298,7 +305,7 @@ def _refuse_faces(
     what: Callable[[int], str],
     hint: str,
 ) -> None:
-    """`_refuse` over groups of faces; the first is the one with the lowest index."""
+    """`refuse` over groups of faces; the first is the one with the lowest index."""
     count, first, place = 0, np.inf, ""
     for ids, corners in groups:
         bad, describe = judge(ids, corners)
@@ -311,11 +318,13 @@ def _refuse_faces(
         raise MeshError(f"{what(count)}; {'the first is' if count > 1 else 'it is'} {place}.", hint)
 
 
-def _count(n: int, one: str, many: str) -> str:
+def counted(n: int, one: str, many: str) -> str:
+    """How many, with the word for one or for many."""
     return f"{n} {one if n == 1 else many}"
 
 
-def _names(corners: np.ndarray, places: Places) -> str:
+def listed(corners: np.ndarray, places: Places) -> str:
+    """The file's numbers of a few vertices."""
     shown = ", ".join(str(places.number(int(i))) for i in corners[:6])
     return shown + (", ..." if len(corners) > 6 else "")
 

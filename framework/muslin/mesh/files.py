@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
@@ -86,14 +86,14 @@ def load(path: str | os.PathLike[str]) -> Mesh:
         If there is no such file, it cannot be read, or what it holds cannot be cloth (see `check`). The
         message names the file and the line or element.
     """
-    file, content, suffix = _content(path)
-    found = _parse(content, file, suffix, Path(path))
+    file, content, suffix = content_of(path, FORMATS, "Cloth is a surface of triangles: save that.")
+    found = parsed(content, file, Path(path), FORMATS[suffix])
     X, notices = flat_to_3d(found.points, file)
     places = Places(file, found.base, vertex_lines=found.point_lines, face_lines=found.face_lines)
     surface = found.faces
     if not surface and found.ignored:
         raise MeshError(
-            f"{file} has no triangles, only {_kinds(found.ignored)}.",
+            f"{file} has no triangles, only {kinds(found.ignored)}.",
             "Cloth is a surface: export its faces, not solids, lines or points. (The skin of a solid: "
             "Filters > Extract Surface in ParaView.)",
         )
@@ -164,25 +164,27 @@ def obj_text(vertices: np.ndarray, faces: np.ndarray, comment: str = "") -> str:
     return "\n".join([*head, *points, *corners]) + "\n"
 
 
-def _content(path: Any) -> tuple[str, bytes, str]:
-    """Name to show, bytes and extension of a mesh file that is there and may be read."""
+def content_of(path: Any, formats: Mapping[str, Format], instead: str = "") -> tuple[str, bytes, str]:
+    """Name to show, bytes and extension of a mesh file that is there and may be read.
+
+    `instead` is what to do about a file that is a mesh, but of another kind.
+    """
     try:
         source = Path(path)
         file = shown(source)
         suffix = source.suffix.lower()
-        known = ", ".join(FORMATS)
+        known = ", ".join(formats)
         if source.is_dir():
             raise MeshError(f"{file} is a folder.", "Name a mesh file in it.")
         if not source.exists():
             raise MeshError(f"There is no file {file}.", "Check the path and the working folder.")
         if not source.is_file():
             raise MeshError(f"{file} is not an ordinary file.", "Name a mesh file.")
-        if suffix not in FORMATS:
+        if suffix not in formats:
             is_ = f" ({_OTHERS[suffix]})" if suffix in _OTHERS else ""
             raise MeshError(
                 f"{file}: unknown mesh format {suffix or '(no extension)'}{is_}.",
-                f"Known formats are {known}."
-                + (" Cloth is a surface of triangles: save that." if suffix in _OTHERS else ""),
+                f"Known formats are {known}." + (f" {instead}" if suffix in _OTHERS else ""),
             )
         content = source.read_bytes()
     except (OSError, ValueError, TypeError) as error:
@@ -195,8 +197,8 @@ def _content(path: Any) -> tuple[str, bytes, str]:
     return file, content, suffix
 
 
-def _parse(content: bytes, file: str, suffix: str, path: Path) -> Polygons:
-    form = FORMATS[suffix]
+def parsed(content: bytes, file: str, path: Path, form: Format) -> Polygons:
+    """What a file holds, or a `MeshError`, whatever goes wrong on the way."""
     try:
         with np.errstate(all="ignore"):  # what is not finite is refused later, by name
             return form.read(content, file, path)
@@ -221,7 +223,7 @@ def _drop_unused(
     if found.ignored:
         count = int((of_ignored & ~keep).sum())
         also = f", with {count} {'vertex' if count == 1 else 'vertices'} only they use" if count else ""
-        notices.append(f"{file}: {_kinds(found.ignored)} left out{also}.")
+        notices.append(f"{file}: {kinds(found.ignored)} left out{also}.")
     loose = np.flatnonzero(~keep & ~of_ignored)
     if len(loose):
         first = places.vertex(int(loose[0]))
@@ -266,7 +268,8 @@ def _coincident_notice(file: str, X: np.ndarray, places: Places) -> tuple[str, .
     )
 
 
-def _kinds(ignored: dict[str, int]) -> str:
+def kinds(ignored: dict[str, int]) -> str:
+    """How many elements of each kind."""
     return ", ".join(
         f"{count} {one_line(kind)} element{'s' * (count != 1)}" for kind, count in ignored.items()
     )

@@ -58,6 +58,7 @@ def _polygons(mesh: Any, file: str) -> Polygons:
     faces: list[tuple[np.ndarray, np.ndarray]] = []
     ignored: dict[str, int] = {}
     ignored_points = [np.zeros(0, dtype=np.int64)]
+    tetrahedra: list[np.ndarray] = []
     start = 0
     for block in mesh.cells:
         count = len(block.data)
@@ -77,8 +78,16 @@ def _polygons(mesh: Any, file: str) -> Polygons:
             ignored[block.type] = ignored.get(block.type, 0) + count
             if not block.type.startswith("polyhedron"):
                 ignored_points.append(np.ravel(block.data).astype(np.int64))
+            if block.type == "tetra":
+                tetrahedra.append(np.asarray(block.data).astype(np.int64))
     points = np.asarray(mesh.points, dtype=np.float64)
-    return Polygons(points, faces, ignored=ignored, ignored_points=np.concatenate(ignored_points))
+    return Polygons(
+        points,
+        faces,
+        ignored=ignored,
+        ignored_points=np.concatenate(ignored_points),
+        tetrahedra=np.concatenate(tetrahedra) if tetrahedra else None,
+    )
 
 
 def _accept(content: bytes, file: str) -> None:

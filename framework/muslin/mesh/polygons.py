@@ -27,6 +27,9 @@ class Polygons:
         Elements that are no surface, by kind, and how many.
     ignored_points : int array
         The vertices of these elements.
+    tetrahedra : (m, 4) int, optional
+        Vertices of tetrahedra, from 0 (they count among `ignored` too).
+    tetrahedron_lines : (m,) int, optional
     notices : tuple of str
     """
 
@@ -37,6 +40,8 @@ class Polygons:
     face_lines: np.ndarray | None = None
     ignored: dict[str, int] = field(default_factory=dict)
     ignored_points: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=np.int64))
+    tetrahedra: np.ndarray | None = None
+    tetrahedron_lines: np.ndarray | None = None
     notices: tuple[str, ...] = ()
 
 

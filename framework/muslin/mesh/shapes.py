@@ -59,7 +59,7 @@ def grid(
             raise MeshError(
                 f"grid: {what} is {value!r}.", "It should be a whole number of vertices, at least 2."
             )
-    _positive("grid", width=width, height=height)
+    positive("grid", width=width, height=height)
     _choice("grid", "diagonals", diagonals, ("uniform", "alternating"))
     u, v = np.meshgrid(_centred(width, nx), _centred(height, ny))
     i, j = np.meshgrid(np.arange(nx - 1), np.arange(ny - 1))
@@ -104,7 +104,7 @@ def unstructured(
     MeshError
         If a size is not positive, or the spacing does not fit.
     """
-    _positive("unstructured", width=width, height=height, spacing=spacing)
+    positive("unstructured", width=width, height=height, spacing=spacing)
     if spacing > min(width, height):
         raise MeshError(
             f"unstructured: a spacing of {spacing:g} m is longer than a side of {width:g} x {height:g} m.",
@@ -162,7 +162,7 @@ def sector(
     MeshError
         If the sizes are not positive and in order, or the spacing is too coarse for the shape.
     """
-    _positive("sector", inner=inner, outer=outer, angle=angle, spacing=spacing)
+    positive("sector", inner=inner, outer=outer, angle=angle, spacing=spacing)
     if inner >= outer or spacing > outer - inner or spacing > inner * angle:
         raise MeshError(
             f"sector: inner radius {inner:g}, outer radius {outer:g} and spacing {spacing:g} m "
@@ -339,7 +339,8 @@ def _steps(length: float, spacing: float) -> int:
     return max(1, round(length / spacing))
 
 
-def _positive(shape: str, **sizes: float) -> None:
+def positive(shape: str, **sizes: float) -> None:
+    """Refuse sizes that are no positive numbers, by name."""
     for what, value in sizes.items():
         if not isinstance(value, (int, float, np.number)) or not SMALLEST < value < LARGEST:
             raise MeshError(f"{shape}: {what} is {value!r}.", "It should be a positive number.")

@@ -104,8 +104,8 @@ class Mesh:
             If the arrays are not of these shapes and kinds, or the mesh cannot be cloth (see `check`).
         """
         title = f"Mesh {str(name)!r}"
-        X, notices = flat_to_3d(_numbers(vertices, title, "vertices"), title)
-        T = _indices(triangles, title)
+        X, notices = flat_to_3d(numbers_of(vertices, title, "vertices"), title)
+        T = indices(triangles, title)
         check_surface(X, T, Places(title, file=False))
         return frozen(X, T, str(name), notices)
 
@@ -240,7 +240,7 @@ def flat_to_3d(points: np.ndarray, title: str) -> tuple[np.ndarray, tuple[str, .
     )
 
 
-def _numbers(values: Any, title: str, what: str) -> np.ndarray:
+def numbers_of(values: Any, title: str, what: str) -> np.ndarray:
     """Float array of anything, or a MeshError: user objects may raise whatever they like on the way."""
     try:
         array = np.asarray(values)
@@ -254,13 +254,13 @@ def _numbers(values: Any, title: str, what: str) -> np.ndarray:
         ) from None
 
 
-def _indices(values: Any, title: str) -> np.ndarray:
-    """Integer array (m, 3) of anything, or a MeshError."""
-    hint = "Give them as an array (m, 3) of vertex numbers, counting from 0."
+def indices(values: Any, title: str, what: str = "triangles", corners: int = 3) -> np.ndarray:
+    """Integer array (m, corners) of anything, or a MeshError."""
+    hint = f"Give them as an array (m, {corners}) of vertex numbers, counting from 0."
     try:
         array = np.asarray(values)
         if array.size == 0:
-            return np.zeros((0, 3), dtype=np.int64)
+            return np.zeros((0, corners), dtype=np.int64)
         if array.dtype.kind not in "iufO":
             raise TypeError(f"they are of type {array.dtype}")
         if array.dtype.kind in "fO":
@@ -272,9 +272,9 @@ def _indices(values: Any, title: str) -> np.ndarray:
                 raise ValueError("some are not whole numbers")
             array = floats.astype(np.int64)
     except Exception as error:
-        raise MeshError(f"{title}: the triangles are not vertex numbers ({_reason(error)}).", hint) from None
-    if array.ndim != 2 or array.shape[1] != 3:
-        raise MeshError(f"{title}: triangles have shape {array.shape}.", hint)
+        raise MeshError(f"{title}: the {what} are not vertex numbers ({_reason(error)}).", hint) from None
+    if array.ndim != 2 or array.shape[1] != corners:
+        raise MeshError(f"{title}: {what} have shape {array.shape}.", hint)
     return array
 
 

@@ -8,7 +8,7 @@ from muslin.errors import MeshError
 from muslin.mesh.polygons import Polygons, strip_triangles
 
 # Numbers of cell types, from vtkCellType.h.
-TRIANGLE, STRIP, POLYGON, PIXEL, QUAD = 5, 6, 7, 8, 9
+TRIANGLE, STRIP, POLYGON, PIXEL, QUAD, TETRA = 5, 6, 7, 8, 9, 10
 _FACES = {TRIANGLE: 3, POLYGON: None, PIXEL: 4, QUAD: 4}  # type -> corners
 _CURVED = {
     22: "triangle6", 23: "quad8", 28: "quad9", 30: "quad6", 34: "triangle7", 36: "polygon of second order",
@@ -55,6 +55,7 @@ def from_cells(
     faces: list[tuple[np.ndarray, np.ndarray]] = []
     ignored: dict[str, int] = {}
     ignored_points = [np.zeros(0, dtype=np.int64)]
+    tetrahedra = None
     for kind in np.unique(types).tolist():
         cells = np.flatnonzero(types == kind)
         if kind in _CURVED:
@@ -71,7 +72,13 @@ def from_cells(
             ignored[name] = ignored.get(name, 0) + len(cells)
             used = [corners for _, corners in _by_size(cells, sizes, offsets, connectivity)]
             ignored_points += [corners.ravel() for corners in used]
-    return Polygons(points, faces, ignored=ignored, ignored_points=np.concatenate(ignored_points))
+            if kind == TETRA:
+                if len(used) != 1 or used[0].shape[1] != 4:
+                    raise ValueError("a tetrahedron without four corners")
+                tetrahedra = used[0]
+    return Polygons(
+        points, faces, ignored=ignored, ignored_points=np.concatenate(ignored_points), tetrahedra=tetrahedra
+    )
 
 
 def _groups(
