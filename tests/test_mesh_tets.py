@@ -194,3 +194,68 @@ def test_cloth_of_a_solid_says_what_is_wanted(tmp_path):
 def test_a_solid_scales():
     solid = block(2, 2, 2).scaled(3.0)
     assert (solid.volumes.sum(), solid.scale, solid.extent) == (pytest.approx(27.0), 3.0, 3.0)
+
+
+@pytest.mark.parametrize("suffix", [".mesh", ".node", ".ele", ".msh", ".vtk"])
+def test_a_file_with_a_few_wrong_bytes_is_refused_or_is_still_a_solid(suffix, tmp_path):
+    draw = np.random.default_rng(5)
+    path = tmp_path / f"a{suffix}"
+    write(block(2, 2, 2), path)
+    whole = path.read_bytes()
+    outcomes = set()
+    for _ in range(60):
+        content = bytearray(whole[: draw.integers(1, len(whole))] if draw.random() < 0.2 else whole)
+        for at in draw.integers(0, len(content), draw.integers(0, 3)):
+            content[at] = draw.choice(list(b"0123456789 -.\nxe\x00\xff"))
+        path.write_bytes(content)
+        try:
+            outcomes.add(bool((load_tets(path).volumes > 0).all()))
+        except MeshError as error:
+            outcomes.add("refused" if len(str(error)) < 600 else str(error))
+    assert outcomes == {True, "refused"}
+
+
+@pytest.mark.parametrize(
+    ("made", "name", "expected"),
+    [
+        (
+            lambda path: write(block(2, 2, 2, 1, 2, 3), path),
+            "brick.mesh",
+            [
+                "a solid of 8 vertices and 6 tetrahedra",
+                "volume: 6 m^3",
+                "12 triangles, 22 m^2",
+                "edges: 19, 1 to 3.74",
+            ],
+        ),
+        (
+            lambda path: mesh.save(mesh.grid(3, 3), path),
+            "sheet.obj",
+            [
+                "a surface of 9 vertices and 8 triangles, 8 vertices on its boundary",
+                "area: 1 m^2",
+                "edges: 16, 0.5 to",
+            ],
+        ),
+    ],
+)
+def test_the_command_says_what_a_mesh_is(made, name, expected, tmp_path, monkeypatch, capsys):
+    from muslin import cli
+
+    made(tmp_path / name)
+    monkeypatch.setattr("sys.argv", ["muslin", "mesh", str(tmp_path / name)])
+    cli.main()
+    said = capsys.readouterr().out
+    for words in expected:
+        assert words in said
+
+
+def test_the_command_refuses_what_is_no_mesh(tmp_path, monkeypatch, capsys):
+    from muslin import cli
+
+    (tmp_path / "a.ele").write_text("1 4 0\n1 1 2 3 4\n")
+    monkeypatch.setattr("sys.argv", ["muslin", "mesh", str(tmp_path / "a.ele")])
+    with pytest.raises(SystemExit) as ended:
+        cli.main()
+    assert ended.value.code == 1
+    assert "a.node, with its vertices, is not beside it" in capsys.readouterr().err

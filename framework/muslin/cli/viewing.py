@@ -1,8 +1,9 @@
-"""The command that looks: view."""
+"""The commands that look: view, mesh."""
 
 from __future__ import annotations
 
 from enum import Enum
+from pathlib import Path
 from typing import Annotated
 
 import typer
@@ -43,6 +44,19 @@ def view(
         scene, functions, backend.value, port=port, open_page=not no_open, say=_say,
         **_settings(setting, mesh=mesh, scale=scale),
     )  # fmt: skip
+
+
+@app.command()
+def mesh(
+    file: Annotated[
+        Path, typer.Argument(help="A mesh of triangles or tetrahedra, in any format Muslin reads.")
+    ],
+) -> None:
+    """Say what a mesh file holds, or why it can be neither cloth nor a solid."""
+    from muslin.mesh.describing import describe
+
+    for line in describe(file):
+        say(line)
 
 
 def _say(line: str) -> None:
