@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import statistics
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import ThreadPoolExecutor
+from concurrent.futures import Executor, ThreadPoolExecutor
+from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -27,6 +28,9 @@ LONGEST_SOURCE = 50_000
 
 #: What is said of a submission that a platform lists and that is not in its download.
 NOT_THERE = "It is listed in the platform's metadata, but not in the download."
+
+#: What grades: see `muslin.classes.engines`.
+Engine = AbstractContextManager[tuple[Executor, int, Callable[..., Result]]]
 
 #: Called as (done, total) while grading and reporting go on.
 Tick = Callable[[int, int], None]
@@ -134,51 +138,90 @@ def grade_class(
     ledger = Ledger(Path(out))
     with ledger.locked():
         collected = _collected(found, table)
-        stamps = {key: terms.stamp(handed) for key, handed in collected.items()}
-        results = {key: Result(key, error=h.unreadable) for key, h in collected.items() if h.unreadable}
-        readable = [submission.key for submission in found if submission.key not in results]
-        for key in readable:
-            if (earlier := ledger.take(key, stamps[key])) is not None:
-                results[key] = earlier
-        waiting = [key for key in readable if key not in results]
-        taken = len(readable) - len(waiting)
+        results, waiting = _known(collected, terms, ledger)
+        taken = sum(not handed.unreadable for handed in collected.values()) - len(waiting)
         if on_find:
             on_find(len(found), taken)
-        cpu: list[float] = []
-        total = len(waiting) + 1 + len(found) // 10  # a report costs a tenth of a grading
-
-        def tick(done: int) -> None:
-            if on_progress and done:
-                on_progress(done, total)
-
-        if waiting:
-            work = (Job(key, collected[key]) for key in waiting)
-            engine = (
-                engines.cluster(scheduler) if scheduler else engines.local(jobs or runtime.usable_cores())
-            )
-            with engine as (pool, width, function):
-                for done, result in enumerate(engines.results(pool, width, function, terms, work), 1):
-                    ledger.keep(result, stamps[result.key])
-                    results[result.key] = result
-                    cpu.append(result.cpu)
-                    tick(done)
+        progress = _Progress(len(waiting), len(found), on_progress)
+        where = engines.cluster(scheduler) if scheduler else engines.local(jobs or runtime.usable_cores())
+        fresh = _graded({key: collected[key] for key in waiting}, terms, ledger, where, progress)
+        results |= fresh
         rows = tuple(
             _row(s, collected[s.key], results[s.key], set_by_hand.get(s.key, ()), table) for s in found
         )
-        write(ledger.folder / "grades.csv", gradebook.grades_csv(rows, table).encode())
-        share = (total - len(waiting)) / max(1, len(rows))
-        printed = press.press(ledger.folder, rows, lambda done: tick(len(waiting) + int(share * done)))
-        sources = {key: _text(handed.files) for key, handed in collected.items() if handed.files}
-        alike = similarity.compared(sources, _stubs(table), _solution(table))
-        text = page.render(rows, table, printed, alike, notes)
-        write(ledger.folder / "index.html", text.encode())
-        tick(total)
+        _report(ledger.folder, rows, collected, table, notes, progress)
     if all(result.record is None for result in results.values()):
         raise MuslinError(
             f"None of {len(found)} submissions could be graded. The first: {one_line(rows[0].error, 400)}",
             f"{paths.shown(ledger.folder / 'grades.csv')} names the reason for each.",
         )
-    return Class(rows, taken, ledger.folder, tuple(notes), tuple(cpu))
+    cpu = tuple(result.cpu for result in fresh.values())
+    return Class(rows, taken, ledger.folder, tuple(notes), cpu)
+
+
+class _Progress:
+    """Tells how far grading and reporting have come: a report costs a tenth of a grading."""
+
+    def __init__(self, waiting: int, found: int, tick: Tick | None):
+        self.waiting, self.total, self._tick = waiting, waiting + 1 + found // 10, tick
+
+    def graded(self, count: int) -> None:
+        self._tell(count)
+
+    def reported(self, count: int, rows: int) -> None:
+        self._tell(self.waiting + int((self.total - self.waiting) / max(1, rows) * count))
+
+    def over(self) -> None:
+        self._tell(self.total)
+
+    def _tell(self, done: int) -> None:
+        if self._tick and done:
+            self._tick(done, self.total)
+
+
+def _known(
+    collected: Mapping[str, Handed], terms: Terms, ledger: Ledger
+) -> tuple[dict[str, Result], list[str]]:
+    """Results that need no grading: of what is unreadable, and of an earlier run; and the keys that do."""
+    results: dict[str, Result] = {}
+    for key, handed in collected.items():
+        if handed.unreadable:
+            results[key] = Result(key, error=handed.unreadable)
+        elif (earlier := ledger.take(key, terms.stamp(handed))) is not None:
+            results[key] = earlier
+    return results, [key for key in collected if key not in results]
+
+
+def _graded(
+    waiting: Mapping[str, Handed], terms: Terms, ledger: Ledger, where: Engine, progress: _Progress
+) -> dict[str, Result]:
+    """Grade what waits, in the order in which it is done; each result is on disk when the next one comes."""
+    results: dict[str, Result] = {}
+    if waiting:
+        work = (Job(key, handed) for key, handed in waiting.items())
+        with where as (pool, width, function):
+            for result in engines.results(pool, width, function, terms, work):
+                ledger.keep(result, terms.stamp(waiting[result.key]))
+                results[result.key] = result
+                progress.graded(len(results))
+    return results
+
+
+def _report(
+    folder: Path,
+    rows: Sequence[Row],
+    collected: Mapping[str, Handed],
+    table: tasks.Assignment,
+    notes: Sequence[str],
+    progress: _Progress,
+) -> None:
+    """Write the table, each student's report, and the page about the class."""
+    write(folder / "grades.csv", gradebook.grades_csv(rows, table).encode())
+    printed = press.press(folder, rows, lambda done: progress.reported(done, len(rows)))
+    sources = {key: _text(handed.files) for key, handed in collected.items() if handed.files}
+    alike = similarity.compared(sources, _stubs(table), _solution(table))
+    write(folder / "index.html", page.render(rows, table, printed, alike, notes).encode())
+    progress.over()
 
 
 def _collected(found: Sequence[finding.Submission], table: tasks.Assignment) -> dict[str, Handed]:

@@ -137,17 +137,47 @@ def draw(
     if width < 1 or height < 1:
         raise MuslinError(f"A picture of {width} x {height} pixels cannot be drawn.")
     runtime.start()
-    from muslin.render import raster, shade
+    from muslin.render import shade
 
-    settled = QUALITIES[quality]
-    light = light or Light()
+    settled, light = QUALITIES[quality], light or Light()
     scene = _gather(surfaces, wireframe)
-    to_sun = np.asarray(light.direction, dtype=float)
-    to_sun = to_sun / np.linalg.norm(to_sun)
-    up = np.asarray(camera.up, dtype=float)
-    up = up / np.linalg.norm(up)
+    to_sun, up = _unit(light.direction), _unit(camera.up)
+    seen = _rasterised(scene, camera, (width, height), settled.samples)
+    sun = _sunlight(scene, settled, light, to_sun)
+    _light_vertices(scene, settled, up, seen.facing, seen.box)
+    settings = _settings(camera, light, to_sun, _pair(background), sun)
+    settings[shade.WIRE_WIDTH] = 0.45 * max(height / 720, 1)
+    picture: Image = np.empty((height, width, 3), dtype=np.uint8)
+    shade.shade(
+        settled.samples, seen.jitter, seen.triangle, seen.sample, scene.vertex, scene.triangles, seen.facing,
+        seen.edges, scene.surfaces, settings, strain_table(), sun.frames, sun.maps, settled.sun_texels, sun.roof,
+        _encoding(), picture,
+    )  # fmt: skip
+    return picture if legend is None else draw_legend(picture, legend)
 
-    samples = settled.samples
+
+def _unit(direction: Sequence[float]) -> NDArray[np.float64]:
+    d = np.asarray(direction, dtype=float)
+    return d / np.linalg.norm(d)
+
+
+@dataclass(frozen=True)
+class _Seen:
+    """What a camera sees of a scene: tables of `raster` by triangle, and the triangle at each pixel and sample."""
+
+    edges: NDArray[np.float64]
+    box: NDArray[np.int32]
+    facing: NDArray[np.int32]
+    triangle: NDArray[np.int32]
+    sample: NDArray[np.int32]
+    jitter: float
+
+
+def _rasterised(scene: _Scene, camera: Camera, size: tuple[int, int], samples: int) -> _Seen:
+    """Find the triangle that each pixel, and each sample of a pixel at a rim, sees."""
+    from muslin.render import raster
+
+    width, height = size
     jitter = 0.25 if samples > 1 else 0.0
     edges, box, facing, outer, rim, seen, nearest, farthest, sample_seen, sample_depth = _workspace(
         len(scene.triangles), width * height, samples * samples
@@ -166,21 +196,41 @@ def draw(
         edges, box, camera.near, samples, jitter, width, height, _BANDS, rim, seen, nearest, farthest,
         sample_seen, sample_depth,
     )  # fmt: skip
+    return _Seen(edges, box, facing, seen, sample_seen, jitter)
 
-    sun_frames, texel = _frames(
-        _sun_disc(to_sun, light.softness, settled.sun_maps), scene, settled.sun_texels
-    )
-    sun_maps = _buffer("sun", (settled.sun_maps * settled.sun_texels**2,))
-    bands = 8 if settled.sun_maps < 4 else 1
-    scratch = _buffer("sun points", (settled.sun_maps * bands * len(scene.points) * 3,))
-    raster.depth_maps(
-        scene.vertex, scene.casters, sun_frames, 0, settled.sun_texels, bands, scratch, sun_maps
-    )
-    roof_frame, roof, lowest = _roof(scene, to_sun, light.softness if settled.sun_maps > 1 else 0.0, texel)
-    _light_vertices(scene, settled, up, facing, box)
+
+@dataclass(frozen=True)
+class _Sun:
+    """How far sunlight gets: depth maps over the sun's disc, and the roof above which it is everywhere."""
+
+    frames: NDArray[np.float32]
+    maps: NDArray[np.float32]
+    texel: float
+    roof_frame: NDArray[np.float32]
+    roof: NDArray[np.float32]
+    lowest: float
+
+
+def _sunlight(scene: _Scene, settled: Quality, light: Light, to_sun: NDArray[np.float64]) -> _Sun:
+    from muslin.render import raster
+
+    count, texels = settled.sun_maps, settled.sun_texels
+    frames, texel = _frames(_sun_disc(to_sun, light.softness, count), scene, texels)
+    maps = _buffer("sun", (count * texels**2,))
+    bands = 8 if count < 4 else 1
+    scratch = _buffer("sun points", (count * bands * len(scene.points) * 3,))
+    raster.depth_maps(scene.vertex, scene.casters, frames, 0, texels, bands, scratch, maps)
+    return _Sun(frames, maps, texel, *_roof(scene, to_sun, light.softness if count > 1 else 0.0, texel))
+
+
+def _settings(
+    camera: Camera, light: Light, to_sun: NDArray[np.float64], background: tuple[Colour, Colour], sun: _Sun
+) -> NDArray[np.float32]:
+    """The table of settings of `shade`, but for the width of its lines."""
+    from muslin.render import shade
 
     settings = np.zeros(shade.SETTINGS, dtype=np.float32)
-    top, bottom = _pair(background)
+    top, bottom = background
     for place, value in (
         (shade.EYE, camera.eye),
         (shade.TO_SUN, to_sun),
@@ -192,19 +242,11 @@ def draw(
         (shade.WIRE_COLOUR, linear("#20262e")),
     ):
         settings[place : place + 3] = value
-    settings[shade.OFFSET] = 1.6 * texel
+    settings[shade.OFFSET] = 1.6 * sun.texel
     settings[shade.WHITEST] = _WHITEST
-    settings[shade.ROOF : shade.ROOF + 12] = roof_frame
-    settings[shade.LOWEST] = lowest
-    settings[shade.WIRE_WIDTH] = 0.45 * max(height / 720, 1)
-    picture: Image = np.empty((height, width, 3), dtype=np.uint8)
-    shade.shade(
-        samples, jitter, seen, sample_seen, scene.vertex, scene.triangles, facing, edges, scene.surfaces, settings,
-        strain_table(), sun_frames, sun_maps, settled.sun_texels, roof, _encoding(), picture,
-    )  # fmt: skip
-    if legend is not None:
-        picture = draw_legend(picture, legend)
-    return picture
+    settings[shade.ROOF : shade.ROOF + 12] = sun.roof_frame
+    settings[shade.LOWEST] = sun.lowest
+    return settings
 
 
 def write_png(path: str | Path, image: Image) -> Path:

@@ -97,7 +97,7 @@ def _function(was: Source, now: Source, to: Source, name: str, done: Merge) -> I
             yield getattr(mine, part), after
             if given.arguments != wanted.arguments:
                 done.left.append(
-                    f"{name}: its arguments are now ({', '.join(wanted.arguments)}); mend its body yourself"
+                    f"{name}: its arguments are now ({', '.join(wanted.arguments)}); fix its body yourself"
                 )
         else:
             done.left.append(f"{name}: you changed its {part}, and so has the new release; yours was kept")
@@ -237,58 +237,103 @@ def upgrade(workspace: Workspace, really: bool = True) -> Upgrade:
         )
     about, name = workspace.described(), workspace.table.name
     given_then, today = about.get("files", {}), given_files(name)
-    writes: dict[str, bytes | str] = {}
-    sums: dict[str, str] = {}
-    brought: list[str] = []
-    left: list[str] = []
-    for file, content in today.items():
-        path = workspace.folder / file
-        if not path.exists():
-            brought.append(f"{file}: {'brought back' if file in given_then else 'new'}")
-            writes[file] = content
-        elif checksum(content) in (checksum(path.read_bytes()), given_then.get(file)):
-            continue  # up to date, or changed by the student only
-        elif file in workspace.table.files:
-            try:
-                merged = merge(workspace.given(file), source.read(path), content.decode("utf-8"))
-            except MuslinError as error:
-                left.append(f"{file} was left as it is: {error} Mend it, and upgrade again.")
-                sums[file] = given_then.get(file, "")
-                continue
-            brought += [f"{file}, {what}" for what in merged.brought]
-            left += [f"{file}, {what}." for what in merged.left]
-            if merged.text != source.read(path):
-                writes[file] = merged.text
-        elif checksum(path.read_bytes()) == given_then.get(file):
-            brought.append(file)
-            writes[file] = content
-        else:
-            beside = Path(file).with_name(f"{Path(file).stem}-{workspace.table.version}{Path(file).suffix}")
-            left.append(f"{file}: you changed it, so the new one is beside it, as {beside.as_posix()}.")
-            if not (workspace.folder / beside).exists():
-                writes[beside.as_posix()] = content
-    for file in given_then.keys() - today.keys():
-        if (workspace.folder / file).exists():
-            left.append(f"{file} is not part of the assignment any more; delete it if you like.")
+    plan = [_planned(workspace, file, content, given_then.get(file)) for file, content in today.items()]
+    plan += [_dropped(workspace, file) for file in sorted(given_then.keys() - today.keys())]
+    backup = _applied(workspace, plan, today) if really else None
     known = about.get("reference", {})
-    changed = tuple(
-        task for task in workspace.table.tasks if known.get(task) and known[task] != reference_sum(name, task)
+    return Upgrade(
+        str(about.get("version", "")),
+        workspace.table.version,
+        tuple(what for step in plan for what in step.brought),
+        tuple(what for step in plan for what in step.left),
+        tuple(t for t in workspace.table.tasks if known.get(t) and known[t] != reference_sum(name, t)),
+        backup,
     )
-    backup = None
-    if really:
-        existing = [workspace.folder / file for file in writes if (workspace.folder / file).is_file()]
-        backup = workspace.back_up(*existing, label="upgrade") if existing else None
-        for file, what in writes.items():
-            if isinstance(what, str):
-                source.write(workspace.folder / file, what)
-            else:
-                _put(workspace.folder / file, what)
-        for file in workspace.table.files:
-            if file not in sums:
-                _put(workspace.hidden / "given" / f"{file}.given", today[file])
-        source.write(workspace.hidden / "workspace.json", description(name, sums))
-    old = str(about.get("version", ""))
-    return Upgrade(old, workspace.table.version, tuple(brought), tuple(left), changed, backup)
+
+
+@dataclass(frozen=True)
+class Step:
+    """What becomes of one file.
+
+    Attributes
+    ----------
+    file : str
+    brought, left : tuple of str
+        One sentence for each thing.
+    content : bytes or str, optional
+        What to write.
+    to : str
+        Where, if not into the file itself.
+    still : str, optional
+        Checksum of what counts as given from now on, if not today's: the file is merged at the next upgrade.
+    """
+
+    file: str
+    brought: tuple[str, ...] = ()
+    left: tuple[str, ...] = ()
+    content: bytes | str | None = None
+    to: str = ""
+    still: str | None = None
+
+
+def _planned(workspace: Workspace, file: str, content: bytes, given: str | None) -> Step:
+    """The step for a file that is given today; `given`: checksum of what was given then, if it was."""
+    path, today = workspace.folder / file, checksum(content)
+    if not path.exists():
+        return Step(file, (f"{file}: {'new' if given is None else 'brought back'}",), content=content)
+    mine = checksum(path.read_bytes())
+    if today in (mine, given):
+        return Step(file)  # up to date, or changed by the student only
+    if file in workspace.table.files:
+        return _merging(workspace, file, content, given)
+    if mine == given:
+        return Step(file, (file,), content=content)
+    beside = (
+        Path(file).with_name(f"{Path(file).stem}-{workspace.table.version}{Path(file).suffix}").as_posix()
+    )
+    told = f"{file}: you changed it, so the new one is beside it, as {beside}."
+    there = (workspace.folder / beside).exists()
+    return Step(file, left=(told,), content=None if there else content, to=beside)
+
+
+def _merging(workspace: Workspace, file: str, content: bytes, given: str | None) -> Step:
+    """The step for a task file that both the student and the release have changed."""
+    text = source.read(workspace.folder / file)
+    try:
+        merged = merge(workspace.given(file), text, content.decode("utf-8"))
+    except MuslinError as error:
+        told = f"{file} was left as it is: {error} Fix it, and upgrade again."
+        return Step(file, left=(told,), still=given or "")
+    return Step(
+        file,
+        tuple(f"{file}, {what}" for what in merged.brought),
+        tuple(f"{file}, {what}." for what in merged.left),
+        merged.text if merged.text != text else None,
+    )
+
+
+def _dropped(workspace: Workspace, file: str) -> Step:
+    there = (workspace.folder / file).exists()
+    told = f"{file} is not part of the assignment any more; delete it if you like."
+    return Step(file, left=(told,) if there else ())
+
+
+def _applied(workspace: Workspace, plan: list[Step], today: dict[str, bytes]) -> Path | None:
+    """Write what is planned, and what was given today; returns where the files as they were are, if any."""
+    writes = {step.to or step.file: step.content for step in plan if step.content is not None}
+    existing = [workspace.folder / file for file in writes if (workspace.folder / file).is_file()]
+    backup = workspace.back_up(*existing, label="upgrade") if existing else None
+    for file, content in writes.items():
+        if isinstance(content, str):
+            source.write(workspace.folder / file, content)
+        else:
+            _put(workspace.folder / file, content)
+    still = {step.file: step.still for step in plan if step.still is not None}
+    for file in workspace.table.files:
+        if file not in still:
+            _put(workspace.hidden / "given" / f"{file}.given", today[file])
+    source.write(workspace.hidden / "workspace.json", description(workspace.table.name, still))
+    return backup
 
 
 def _put(path: Path, content: bytes) -> None:
