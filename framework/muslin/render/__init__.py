@@ -8,7 +8,10 @@
 | `materials` | `Material`: solid, weave, checker, strain map; colours |
 | `shapes`    | `Surface`: triangles to draw; sphere, capsule, ground |
 | `stage`     | colliders and ground around a cloth, its pattern: one look for pictures, exports and viewers |
-| `picture`   | `draw`, its qualities and light; legend, caption, PNG |
+| `picture`   | `draw`, its qualities; PNG |
+| `tables`    | all surfaces as one set of arrays |
+| `lighting`  | `Light`; depth maps of sun and sky |
+| `lettering` | caption, legend |
 | `raster`    | kernels: which triangle a sample sees, how far light gets |
 | `colours`   | what a surface's own colour is: strain map, checker, weave |
 | `shade`     | kernels: sky, sun, colour of every pixel |
@@ -21,9 +24,11 @@ Importing this starts nothing; Taichi starts and kernels compile with the first 
 from __future__ import annotations
 
 from muslin.render.camera import Camera, fit_camera
+from muslin.render.lettering import Legend, text_overlay
+from muslin.render.lighting import Light
 from muslin.render.materials import CLOTH, GROUND, MUSLIN, PROP, Material, strain_colours
 from muslin.render.movie import Movie, write_movie
-from muslin.render.picture import Legend, Light, draw, text_overlay, write_png
+from muslin.render.picture import draw, write_png
 from muslin.render.plot import line_plot, plot_energies
 from muslin.render.shapes import Surface, capsule_surface, ground_surface, sphere_surface
 

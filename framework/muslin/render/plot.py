@@ -10,8 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from muslin.errors import MuslinError
+from muslin.render.lettering import Image
 from muslin.render.materials import Colour, linear, srgb
-from muslin.render.picture import Image, write_png
+from muslin.render.picture import write_png
 
 # Okabe and Ito's colours, distinct with every common colour blindness.
 ENERGY_COLOURS: dict[str, Colour] = {

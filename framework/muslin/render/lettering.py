@@ -1,0 +1,92 @@
+"""What is written into a picture: a caption, and the strain map's scale."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from muslin.render.materials import strain_colours
+
+Image = NDArray[np.uint8]
+
+
+@dataclass(frozen=True)
+class Legend:
+    """The strain map's scale, drawn in a corner of the picture.
+
+    Parameters
+    ----------
+    lo, hi : float
+        As in the material.
+    title : str
+    corner : {"bottom right", "bottom left", "top right", "top left"}
+    """
+
+    lo: float
+    hi: float
+    title: str = "principal stretch"
+    corner: str = "bottom right"
+
+
+def text_overlay(image: Image, text: str, corner: str = "top left") -> Image:
+    """A small caption in a corner of the picture, for example the time; returns a new picture."""
+    from PIL import Image as Pillow
+    from PIL import ImageDraw, ImageFont
+
+    height, width = image.shape[:2]
+    unit = max(height / 720, 0.4)
+    picture = Pillow.fromarray(image)
+    pen = ImageDraw.Draw(picture)
+    font = ImageFont.load_default(20 * unit)
+    left, top, right, bottom = pen.textbbox((0, 0), text, font=font)
+    x = 24 * unit if "left" in corner else width - 24 * unit - (right - left)
+    y = 20 * unit if "top" in corner else height - 20 * unit - (bottom - top)
+    pen.text((x - left, y - top), text, font=font, fill=_ink(image, x, y, right - left, bottom - top))
+    return np.array(picture)
+
+
+def draw_legend(image: Image, legend: Legend) -> Image:
+    """The strain map's scale with ticks and a title in a corner of the picture; returns a new picture."""
+    from PIL import Image as Pillow
+    from PIL import ImageDraw, ImageFont
+
+    height, width = image.shape[:2]
+    unit = max(height / 720, 0.4)
+    bar = (int(250 * unit), max(int(14 * unit), 3))
+    pad, gap = 16 * unit, 6 * unit
+    font, small = ImageFont.load_default(17 * unit), ImageFont.load_default(14 * unit)
+    panel = (int(bar[0] + 2 * pad + 18 * unit), int(82 * unit))
+    edge = int(20 * unit)
+    x0 = edge if "left" in legend.corner else width - edge - panel[0]
+    y0 = edge if "top" in legend.corner else height - edge - panel[1]
+    picture = Pillow.fromarray(image)
+    veil = Pillow.new("RGBA", picture.size, (0, 0, 0, 0))
+    ImageDraw.Draw(veil).rounded_rectangle(
+        (x0, y0, x0 + panel[0], y0 + panel[1]), 8 * unit, fill=(255, 255, 255, 205)
+    )
+    picture = Pillow.alpha_composite(picture.convert("RGBA"), veil).convert("RGB")
+    pen = ImageDraw.Draw(picture)
+    ink = (38, 42, 48)
+    pen.text((x0 + panel[0] / 2, y0 + 10 * unit), legend.title, font=font, fill=ink, anchor="mt")
+    bx, by = int(x0 + (panel[0] - bar[0]) / 2), int(y0 + 36 * unit)
+    t = (np.arange(bar[0]) + 0.5) / bar[0]
+    values = np.where(t < 0.5, legend.lo + 2 * t * (1 - legend.lo), 1 + (2 * t - 1) * (legend.hi - 1))
+    strip = np.repeat(strain_colours(values, legend.lo, legend.hi)[None], bar[1], axis=0)
+    picture.paste(Pillow.fromarray(strip), (bx, by))
+    pen.rectangle((bx - 1, by - 1, bx + bar[0], by + bar[1]), outline=(120, 124, 130))
+    quarter = (legend.lo, (legend.lo + 1) / 2, 1.0, (1 + legend.hi) / 2, legend.hi)
+    digits = max(2, int(np.ceil(-np.log10(min(1 - legend.lo, legend.hi - 1) / 2) + 0.3)))
+    for where, value in zip((0, 0.25, 0.5, 0.75, 1), quarter, strict=True):
+        x = bx + where * (bar[0] - 1)
+        pen.line((x, by + bar[1], x, by + bar[1] + gap * 0.7), fill=ink)
+        label = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+        pen.text((x, by + bar[1] + gap * 1.3), label, font=small, fill=ink, anchor="mt")
+    return np.array(picture)
+
+
+def _ink(image: Image, x: float, y: float, w: float, h: float) -> tuple[int, int, int]:
+    """Dark writing on a bright place, light on a dark one."""
+    part = image[max(int(y), 0) : int(y + h) + 1, max(int(x), 0) : int(x + w) + 1]
+    return (38, 42, 48) if part.size == 0 or part.mean() > 120 else (244, 244, 242)
