@@ -12,7 +12,8 @@ from muslin.colliders import Plane
 from muslin.elements.element import Element
 from muslin.elements.pattern import Pattern
 from muslin.errors import MuslinError
-from muslin.integrators import Model, State, steps
+from muslin.integrators import steps
+from muslin.model import Model, State
 
 MU, LAM, RHO = 40.0, 60.0, 3.0
 

@@ -27,8 +27,8 @@ import numpy as np
 
 from muslin import __version__, engine, paths, scenes
 from muslin.errors import MuslinError
-from muslin.integrators import State
 from muslin.mesh import Mesh
+from muslin.model import State
 from muslin.scenes import Scene
 from muslin.writing import write
 

@@ -76,14 +76,13 @@ def frames_of_muslin(
 
     from muslin import integrators, simulation
 
-    advance = integrators.integrator(integrator)
     model, state = simulation.build(
         replace(scene(round(len(X) ** 0.5), *CENTRE), contact=contact, stretch_limit=stretch_limit)
     )
     assert (model.body.cells == triangles).all()
-    while True:
-        model.body.update(state.x)
-        state = advance(model, state, DT)
+    states = integrators.steps(model, state, DT, integrator)
+    next(states)
+    for state in states:
         yield state.x
 
 

@@ -14,7 +14,8 @@ from typing import Protocol
 import numpy as np
 
 from muslin import cholmod, paths, scenes, simulation, solvers
-from muslin.integrators import Model
+from muslin.marching import march
+from muslin.model import Model
 from muslin.scenes import Scene
 from muslin.tasks import Functions, load
 
@@ -59,7 +60,7 @@ class Ours:
             ticks.append((time.perf_counter(), time.process_time()))
 
         scene = replace(self.scene, steps=count)
-        simulation.march(scene, self.model, self.start, on_step=tick)
+        march(scene, self.model, self.start, on_step=tick)
         return 1e3 * np.diff(np.array(ticks), axis=0)
 
 

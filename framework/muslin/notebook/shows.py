@@ -21,7 +21,7 @@ from muslin.student.workspace import Workspace
 from muslin.templates import filled
 
 if TYPE_CHECKING:
-    from muslin.simulation import Run
+    from muslin.marching import Run
 
 #: Files that show themselves, and what they are.
 DRAWN = {".png": "image/png", ".webp": "image/webp", ".gif": "image/gif", ".mp4": "video/mp4"}

@@ -18,8 +18,9 @@ import numpy as np
 from muslin import scenes
 from muslin.colliders import Capsule, Collider, Plane, Sphere
 from muslin.errors import MuslinError, NotImplementedYet
-from muslin.integrators import Model, Spring, State, steps
+from muslin.integrators import steps
 from muslin.mesh import area_and_normal
+from muslin.model import Model, Spring, State
 from muslin.scenes import Scene
 from muslin.simulation import build
 from muslin.stand_ins import NEEDS
