@@ -1,11 +1,15 @@
 """A body of tetrahedra goes through the same doors as cloth: energies, systems, steps, contacts, wind."""
 
+import subprocess
+import sys
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 import pytest
 
-from muslin import mesh, scenes
+import muslin
+from muslin import mesh, scenes, tasks
 from muslin.body import Body
 from muslin.cloth import Cloth
 from muslin.colliders import Plane
@@ -15,6 +19,7 @@ from muslin.errors import MuslinError
 from muslin.integrators import steps
 from muslin.model import Model, State
 
+ROOT = Path(__file__).resolve().parent.parent
 MU, LAM, RHO = 40.0, 60.0, 3.0
 
 
@@ -164,3 +169,19 @@ def test_cloth_is_a_body_whose_surface_is_its_cells():
     np.testing.assert_array_equal(cloth.surface, cloth.cells)
     moved = replace(cloth.mesh, name="moved")
     np.testing.assert_array_equal(moved.triangles, cloth.surface)
+
+
+def test_a_folder_of_another_assignment_is_refused_by_cloth_in_words():
+    cloth = muslin.load(ROOT / "solutions" / "cloth")
+    fewer = replace(cloth.assignment, name="solids", tasks={"psi": cloth.assignment.tasks["psi"]})
+    others = tasks.Functions(cloth.folder, fewer, {"psi": cloth.psi})
+    with pytest.raises(
+        MuslinError, match="The assignment 'solids' has no task 'dphi_dX', which a cloth calls"
+    ):
+        Cloth(mesh.grid(2, 2), mu=1.0, lam=1.0, functions=others)
+
+
+def test_what_is_behind_the_parts_of_a_simulation_is_known_without_meshes_or_the_engine():
+    code = "import sys, muslin.stand_ins\nprint({'muslin.mesh', 'taichi', 'quadrants', 'scipy'} & set(sys.modules))"
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "set()"

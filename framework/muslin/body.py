@@ -10,7 +10,6 @@ import numpy as np
 
 from muslin import runtime
 from muslin.errors import MuslinError
-from muslin.mesh import Mesh
 from muslin.roles import Roles
 from muslin.tasks import Functions
 
@@ -20,6 +19,7 @@ if TYPE_CHECKING:
     from muslin.elements.element import Element
     from muslin.elements.layout import Layout
     from muslin.elements.pattern import Assembly, Impulse
+    from muslin.mesh import Mesh
 
 #: What the elements of a body compute.
 PARTS = ("energy", "gradient", "hessian")

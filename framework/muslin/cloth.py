@@ -12,13 +12,12 @@ import numpy as np
 from muslin import runtime
 from muslin.body import OTHERS, PARTS, Body
 from muslin.errors import MuslinError
-from muslin.mesh import Mesh, area_and_normal, principal_stretches
-from muslin.mesh import load as load_mesh
 from muslin.roles import Roles, checked
 from muslin.tasks import Functions
 
 if TYPE_CHECKING:
     from muslin.elements.element import Element, Membrane, Rest
+    from muslin.mesh import Mesh
 
 ENERGIES = ("linearised", "area", "volumetric")
 HESSIANS = ("closed", "lecture")
@@ -96,9 +95,10 @@ class Cloth(Body):
         _check_parameters(mu, lam, rho, h, energy, hessian)
         runtime.start()
         from muslin.elements.element import Membrane, Rest
+        from muslin.mesh import Mesh, area_and_normal, load
 
         if isinstance(mesh, (str, Path)):
-            mesh = load_mesh(mesh)
+            mesh = load(mesh)
         self.mesh = mesh if isinstance(mesh, Mesh) else Mesh.from_arrays(*mesh)
         X = np.ascontiguousarray(self.mesh.vertices, dtype=np.float64)
         self.triangles = np.ascontiguousarray(self.mesh.triangles, dtype=np.int32)
@@ -160,6 +160,8 @@ class Cloth(Body):
 
     def stretches(self, x: np.ndarray) -> np.ndarray:
         """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""
+        from muslin.mesh import principal_stretches
+
         return principal_stretches(self.X, x, self.triangles)
 
 

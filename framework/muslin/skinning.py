@@ -5,12 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from muslin.mesh import Mesh
 from muslin.roles import Roles, checked
 from muslin.tasks import Functions
+
+if TYPE_CHECKING:
+    from muslin.mesh import Mesh
 
 #: Tasks behind each part of carrying a finer mesh.
 NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType({"binding": ("phi",), "carrying": ("interpolate",)})
