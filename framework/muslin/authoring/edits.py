@@ -9,12 +9,14 @@ from __future__ import annotations
 import ast
 import copy
 import itertools
+import pickle
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
 from muslin import tasks
+from muslin.authoring import substitutes
 
 #: Makes a node into another one.
 Change = Callable[..., Any]
@@ -23,7 +25,7 @@ Changes = Iterator[tuple[str, str, str, Change]]
 #: Kinds of slips, the plainest first: what is said, and one next step. {place} is what a line computes.
 WORDS: Mapping[str, tuple[str, str]] = {
     "sign": (
-        "a sign is wrong in {place}",
+        "a sign is wrong in {place}{of}",
         "Write {place} down once more, and look at every sign.",
     ),
     "factors exchanged": (
@@ -35,15 +37,15 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "Follow both through {place}, and compare with the formula.",
     ),
     "transposed": (
-        "a transpose is missing in {place}, or one too many",
+        "a transpose is missing in {place}, or one too many{of}",
         "Compare {place} with the formula: what is transposed there, and what is not?",
     ),
     "name": (
-        "{of} stands where another quantity belongs in {place}",
+        "{of} in {place}",
         "Read {place} name by name, beside the formula.",
     ),
     "index": (
-        "an index is wrong in {place}",
+        "an index is wrong in {place}{of}",
         "Read {place} index by index: Python counts from 0.",
     ),
     "lacks": (
@@ -55,7 +57,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "Derive the numbers of {place} once more.",
     ),
     "power": (
-        "a power is wrong in {place}",
+        "a power is wrong in {place}{of}",
         "Check the unit of {place}: is everything squared that should be, and nothing else?",
     ),
     "length": (
@@ -63,11 +65,11 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "Check the unit of {place}: a length, a squared length, or a vector of length one?",
     ),
     "inverted": (
-        "something is multiplied in {place} where it should be divided, or the other way round",
+        "something is multiplied in {place} where it should be divided, or the other way round{of}",
         "Check the unit of {place}.",
     ),
     "inverse": (
-        "an inverse is missing in {place}, or one too many",
+        "an inverse is missing in {place}, or one too many{of}",
         "Write the equation down that {place} solves.",
     ),
     "entry by entry": (
@@ -87,20 +89,28 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "Write down what belongs in each place of {place}, one by one.",
     ),
     "condition": (
-        "the condition for {place} is not the right one",
+        "the condition for {place} is not the right one{of}",
         "Take an input on each side of it, and one exactly on it: what should happen there?",
+    ),
+    "loop": (
+        "the sum in {place} is not made as it should be: {of}",
+        "Write its terms down one by one: which come in, and each how often?",
     ),
     "branches": (
         "{place} {of}",
         "Draw the triangle, number it from 0, and follow each branch.",
     ),
     "guard": (
-        "a guard is missing, or one too many, in {place}",
+        "a guard is missing, turned round, or one too many, in {place}{of}",
         "Ask for which inputs {place} needs to be kept from something, and for which not.",
     ),
     "extra": (
         "{of} comes in once too often in {place}",
         "Check the unit of {place}.",
+    ),
+    "another": (
+        "{of} in {place}",
+        "Read {place} part by part, beside the formula.",
     ),
 }  # fmt: skip
 
@@ -123,7 +133,20 @@ class Edit:
 
 # --- which edits there are ---------------------------------------------------------------------------------
 
+#: Statements that compute a value.
+VALUED = (ast.Assign, ast.AugAssign, ast.Return)
+
 _FLIPPED = {ast.Add: ast.Sub, ast.Sub: ast.Add}
+#: Comparisons, and what one says that stands in place of another.
+_COMPARED: Mapping[type[ast.cmpop], str] = {
+    ast.Lt: "the comparison is turned round, or equality is taken otherwise (< stands there)",
+    ast.LtE: "equality is taken otherwise, or the comparison is turned round (<= stands there)",
+    ast.Gt: "the comparison is turned round, or equality is taken otherwise (> stands there)",
+    ast.GtE: "equality is taken otherwise, or the comparison is turned round (>= stands there)",
+    ast.Eq: "it asks for equality (==)",
+    ast.NotEq: "it asks for what is not equal (!=)",
+}
+
 _METHODS: Mapping[str, tuple[tuple[str, str, str], ...]] = {
     "norm": (("norm_sqr", "length", "the squared length stands for the length"),),
     "norm_sqr": (("norm", "length", "the length stands for the squared length"),),
@@ -150,6 +173,10 @@ def _minus(node: ast.expr) -> ast.expr:
     return ast.UnaryOp(ast.USub(), node)
 
 
+def _absolute(node: ast.expr) -> ast.Call:
+    return ast.Call(ast.Name("abs", ast.Load()), [node], [])
+
+
 def _operation(node: ast.BinOp, op: ast.operator) -> ast.BinOp:
     return ast.BinOp(node.left, op, node.right)
 
@@ -170,19 +197,40 @@ class Reader:
     def __init__(self, function: ast.FunctionDef, source: list[str], task: tasks.Task):
         self.function, self.source = function, source
         for number, node in enumerate(ast.walk(function)):
-            node.number = number  # type: ignore[attr-defined]
+            if isinstance(node, (ast.expr, ast.stmt)):  # Python shares the other nodes between trees
+                node.number = number  # type: ignore[union-attr]
         self.kinds = {value.name: value.kind for value in task.arguments}
         self.arguments = list(self.kinds)
+        self.loops = {ast.unparse(node.target) for node in ast.walk(function) if isinstance(node, ast.For)}
         self.scalars = [name for name, kind in self.kinds.items() if kind == "scalar"]
+        self.atoms, self.parts = substitutes.atoms(self), substitutes.parts(self)
         self.said: dict[str, str] = {}  # local name -> what it is
         for node in ast.walk(function):
             if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name):
                 self.said.setdefault(node.targets[0].id, self.place(node))
+            elif isinstance(node, ast.For):
+                self.said.setdefault(ast.unparse(node.target), f"the index {ast.unparse(node.target)}")
 
     def place(self, statement: ast.stmt) -> str:
         """What a line computes, as its comment says."""
         line = self.source[(statement.end_lineno or statement.lineno) - 1]
         return line.partition("#")[2].strip() or "the formula"
+
+    def shown(self, node: ast.AST) -> str:
+        """What stands somewhere: as it is written where that is short and made of arguments, else in words."""
+        inside = list(ast.walk(node))
+        names = {n.id for n in inside if isinstance(n, ast.Name)}
+        short = (
+            len(inside) <= 9 and names <= set(self.kinds) and not isinstance(node, (ast.Name, ast.Constant))
+        )
+        return ast.unparse(node) if short and names else self.told(node)
+
+    def instead(self, new: ast.AST, old: ast.AST) -> str:
+        """Words for one part in place of another."""
+        stands, belongs = self.shown(new), self.told(old)
+        if stands == belongs:
+            return f"another part than {belongs} stands"
+        return f"{stands} stands where {belongs} belongs"
 
     def told(self, node: ast.AST) -> str:
         """An operand in words that give no formula away."""
@@ -190,9 +238,18 @@ class Reader:
             return node.id if node.id in self.kinds else self.said.get(node.id, "a quantity")
         if isinstance(node, ast.Constant):
             return f"the number {node.value!r}"
+        if isinstance(node, ast.Subscript) and ast.unparse(node.value) in self.kinds:
+            return ast.unparse(node)
         names = sorted({n.id for n in ast.walk(node) if isinstance(n, ast.Name)} & set(self.kinds))
         if isinstance(node, ast.BinOp) and isinstance(node.op, ast.Div) and not names:
             return "a number"
+        entries = [
+            n for n in ast.walk(node) if isinstance(n, ast.Subscript) and ast.unparse(n.value) in names
+        ]
+        if entries:
+            taken = sorted({ast.unparse(entry) for entry in entries})
+            names = [*taken, *(name for name in names if not any(e.startswith(f"{name}[") for e in taken))]
+            return f"the {'sum' if _terms(node) else 'part'} with {' and '.join(names)}"  # type: ignore[arg-type]
         if names:
             return f"the part with {' and '.join(names)}"
         locals_ = [self.said[n.id] for n in ast.walk(node) if isinstance(n, ast.Name) and n.id in self.said]
@@ -210,11 +267,47 @@ class Reader:
                 yield from self._condition(statement)
                 yield from self._statements(statement.body)
                 yield from self._statements(statement.orelse)
-            elif isinstance(statement, (ast.Assign, ast.Return)) and statement.value is not None:
+            elif isinstance(statement, ast.For):
+                yield from self._loop(statement)
+                yield from self._statements(statement.body)
+            elif isinstance(statement, VALUED) and statement.value is not None:
                 for node in ast.walk(statement.value):
                     for kind, detail, of, change in self._node(node):
                         yield self._edit(kind, detail, place, of, node, change, statement)
                 yield from self._whole(statement, place)
+                yield from self._stored(statement, place)
+
+    def _loop(self, statement: ast.For) -> Iterator[Edit]:
+        """A loop that ends too early, begins too late, or makes its first or last pass alone."""
+        number, place = statement.iter.number, self.place(statement)  # type: ignore[attr-defined]
+        size = ast.literal_eval(statement.iter.args[-1])  # type: ignore[attr-defined]
+        passes = {
+            "its last term is missing: a range may end too early": range(size - 1),
+            "its first term is missing: a range may begin at 1": range(1, size),
+            "only its first term comes in": range(1),
+            "only its last term comes in: an assignment may overwrite where += would add": range(
+                size - 1, size
+            ),
+            "its middle term is missing": range(0, size, 2),
+        }
+        for of, those in passes.items():
+            alone = ast.parse(repr(list(those)), mode="eval").body
+            yield Edit("loop", of, place, of, "", {number: lambda n, o=alone: o})
+
+    def _stored(self, statement: Any, place: str) -> Iterator[Edit]:
+        """What a line does with its value: adds it, takes it away, overwrites, or is left out."""
+        number = statement.number
+        if isinstance(statement, ast.AugAssign):
+            of = "it is overwritten in each pass, = or =+ stands for +="
+            yield Edit("loop", "overwritten", place, of, "",
+                       {number: lambda n: ast.Assign([n.target], n.value, lineno=n.lineno)})  # fmt: skip
+            yield Edit("sign", "taken away", place, ": -= stands for +=", "",
+                       {number: lambda n: ast.AugAssign(n.target, _FLIPPED[type(n.op)](), n.value)})  # fmt: skip
+            of = "factors are multiplied, *= stands for +="
+            yield Edit("loop", "multiplied", place, of, "",
+                       {number: lambda n: ast.AugAssign(n.target, ast.Mult(), n.value)})  # fmt: skip
+        if not isinstance(statement, ast.Return):
+            yield Edit("lacks", "the line", place, "the whole line", "", {number: lambda n: ast.Pass()})
 
     def _edit(
         self, kind: str, detail: str, place: str, of: str, node: ast.AST, change: Change, statement: ast.stmt
@@ -251,23 +344,36 @@ class Reader:
             yield Edit("condition", str(value), place, "", "", {number: lambda n, v=value: ast.Constant(v)})
         if not isinstance(statement.test, ast.Compare):
             return
-        turned: dict[type, list[ast.cmpop]] = {
-            ast.Gt: [ast.Lt(), ast.GtE()], ast.Lt: [ast.Gt(), ast.LtE()], ast.Eq: [ast.NotEq()],
-        }  # fmt: skip
-        for op in turned.get(type(statement.test.ops[0]), []):
-            yield Edit("condition", type(op).__name__, place, "", "",
-                       {number: lambda n, o=op: ast.Compare(n.left, [o], n.comparators)})  # fmt: skip
+        for op, of in _COMPARED.items():
+            if not isinstance(statement.test.ops[0], op):
+                yield Edit("condition", op.__name__, place, f": {of}", "",
+                           {number: lambda n, o=op: ast.Compare(n.left, [o()], n.comparators)})  # fmt: skip
+        parts = (
+            *self.atoms,
+            *self.parts,
+            *(ast.Name(n, ast.Load()) for n in self.scalars),
+            ast.Constant(0),
+            ast.Constant(1),
+        )
+        for side in (statement.test.left, statement.test.comparators[0]):
+            which = side.number  # type: ignore[attr-defined]
+            for new in parts:
+                if ast.unparse(new) != ast.unparse(side):
+                    of = f": it compares {self.shown(new)}"
+                    yield Edit("condition", ast.unparse(new), place, of, "", {which: lambda n, o=new: o})
         for node in ast.walk(statement.test):
             for kind, detail, of, change in self._node(node):
-                kind = "condition" if kind in ("number", "sign", "lacks", "index", "name") else kind
+                if kind in ("number", "sign", "lacks", "index", "name", "another"):
+                    kind, of = "condition", f": {of}" if of and not of.startswith(":") else of
                 yield Edit(kind, detail, place, of, _shape(node), {node.number: change})  # type: ignore[attr-defined]
 
     def _node(self, node: ast.AST) -> Changes:
         """Edits of one node: (kind, what makes two edits the same, of what, change)."""
+        yield from substitutes.of(self, node)
         if isinstance(node, ast.BinOp):
             yield from self._binary(node)
         elif isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
-            yield "sign", "minus dropped", "", lambda n: n.operand
+            yield "sign", "minus dropped", ": a minus is missing", lambda n: n.operand
         elif isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
             for number in _others(float(node.value)):
                 yield "number", f"{node.value}->{number}", f"{number:g}", lambda n, o=number: _number(o)
@@ -277,14 +383,24 @@ class Reader:
             same = [n for n in self.arguments if self.kinds[n] == self.kinds.get(node.id, self.kinds[n])]
             for other in [*same, *self.said]:
                 if other != node.id:
-                    of = other if other in self.kinds else self.said[other]
+                    of = self.instead(ast.Name(other), node)
                     yield "name", f"{node.id}->{other}", of, lambda n, o=other: ast.Name(o, ast.Load())
+            if node.id in self.loops:
+                for k in range(3):
+                    of = f"the index {k} stands where {node.id} belongs"
+                    yield "name", f"{node.id}->{k}", of, lambda n, k=k: ast.Constant(k)
             if self.kinds.get(node.id) == "scalar":
-                yield "name", f"{node.id}->1", "the number 1", lambda n: ast.Constant(1.0)
+                of = f"the number 1 stands where {node.id} belongs"
+                yield "name", f"{node.id}->1", of, lambda n: ast.Constant(1.0)
             if self.kinds.get(node.id) == "mat3":
-                yield "transposed", node.id, "", lambda n: _call(n, "transpose")
-                yield "inverse", node.id, "", lambda n: _call(n, "inverse")
-            yield "power", f"{node.id} squared", "", lambda n: ast.BinOp(n, ast.Pow(), ast.Constant(2))
+                yield "transposed", node.id, f": of {node.id}", lambda n: _call(n, "transpose")
+                yield "inverse", node.id, f": of {node.id}", lambda n: _call(n, "inverse")
+            yield (
+                "power",
+                f"{node.id} squared",
+                f": {self.told(node)} is squared",
+                lambda n: ast.BinOp(n, ast.Pow(), ast.Constant(2)),
+            )
             yield (
                 "length",
                 f"{node.id} of length one",
@@ -300,14 +416,20 @@ class Reader:
         op, left, right = node.op, self.told(node.left), self.told(node.right)
         key = f"{ast.unparse(node.left)} | {ast.unparse(node.right)}"
         if isinstance(op, (ast.Add, ast.Sub)):
-            yield "power", "sum squared", "", lambda n: ast.BinOp(n, ast.Pow(), ast.Constant(2))
-            yield "sign", "second", "", lambda n: _operation(n, _FLIPPED[type(n.op)]())
-            yield "sign", "first", "", lambda n: ast.BinOp(_minus(n.left), n.op, n.right)
-            yield "lacks", f"right {key}", right, lambda n: n.left
+            yield (
+                "power",
+                "sum squared",
+                ": a sum is squared",
+                lambda n: ast.BinOp(n, ast.Pow(), ast.Constant(2)),
+            )
+            yield "sign", "second", f": before {right}", lambda n: _operation(n, _FLIPPED[type(n.op)]())
+            yield "sign", "first", f": before {left}", lambda n: ast.BinOp(_minus(n.left), n.op, n.right)
+            what = f"{right} that is subtracted" if isinstance(op, ast.Sub) else f"{right} that is added"
+            yield "lacks", f"right {key}", what, lambda n: n.left
             yield (
                 "lacks",
                 f"left {key}",
-                left,
+                f"{left} that the rest is subtracted from" if isinstance(op, ast.Sub) else f"{left} of a sum",
                 ((lambda n: n.right) if isinstance(op, ast.Add) else (lambda n: _minus(n.right))),
             )
             yield (
@@ -334,7 +456,13 @@ class Reader:
             yield "lacks", f"right {key}", f"the factor {right}", lambda n: n.left
             yield "lacks", f"left {key}", f"the factor {left}", lambda n: n.right
             if isinstance(op, ast.Mult):
-                yield "inverted", "", "", lambda n: _operation(n, ast.Div())
+                yield "inverted", "", f": {right}", lambda n: _operation(n, ast.Div())
+                yield (
+                    "inverted",
+                    "left below",
+                    f": {left}",
+                    lambda n: ast.BinOp(n.right, ast.Div(), n.left),
+                )
                 yield (
                     "operation",
                     "sum of factors",
@@ -353,25 +481,30 @@ class Reader:
                 yield "brackets", change.__name__, "", change
         elif isinstance(op, ast.Div):
             yield "lacks", f"below {key}", f"the division by {right}", lambda n: n.left
-            yield "inverted", "", "", lambda n: _operation(n, ast.Mult())
-            yield "inverted", "upside down", "", lambda n: ast.BinOp(n.right, n.op, n.left)
+            yield "inverted", "", f": {right}", lambda n: _operation(n, ast.Mult())
+            yield (
+                "inverted",
+                "upside down",
+                ": a quotient is upside down",
+                lambda n: ast.BinOp(n.right, n.op, n.left),
+            )
             yield (
                 "power",
                 "below squared",
-                "",
+                f": {right} is squared",
                 lambda n: ast.BinOp(n.left, n.op, ast.BinOp(n.right, ast.Pow(), ast.Constant(2))),
             )
             yield (
                 "power",
                 "below root",
-                "",
+                f": of {right} the root is taken",
                 lambda n: ast.BinOp(n.left, n.op, ast.BinOp(n.right, ast.Pow(), ast.Constant(0.5))),
             )
             yield "brackets", "over", "", _spread_left
         elif isinstance(op, ast.Pow):
-            yield "power", "dropped", "", lambda n: n.left
-            yield "power", "inside", "", _square_inside
-            yield "power", "half", "", lambda n: ast.BinOp(n.left, n.op, ast.Constant(4))
+            yield "power", "dropped", ": a square is missing", lambda n: n.left
+            yield "power", "inside", ": terms are squared one by one", _square_inside
+            yield "power", "half", ": it is squared twice", lambda n: ast.BinOp(n.left, n.op, ast.Constant(4))
 
     def _subscript(self, node: ast.Subscript) -> Changes:
         whole = ast.unparse(node)
@@ -381,21 +514,30 @@ class Reader:
                     yield (
                         "index",
                         f"{whole}->{k}",
-                        "",
+                        f": {k} is taken",
                         lambda n, k=k: ast.Subscript(n.value, ast.Constant(k), n.ctx),
                     )
-            yield "power", f"{whole} squared", "", lambda n: ast.BinOp(n, ast.Pow(), ast.Constant(2))
+            yield (
+                "power",
+                f"{whole} squared",
+                f": {self.told(node)} is squared",
+                lambda n: ast.BinOp(n, ast.Pow(), ast.Constant(2)),
+            )
         elif isinstance(node.slice, ast.Tuple):
             yield (
                 "index",
                 f"{whole} turned",
-                "",
+                (
+                    ": a column stands for a row, or a row for a column"
+                    if ":" in whole
+                    else ": the two indices of an entry have changed places, as in the transpose"
+                ),
                 lambda n: ast.Subscript(n.value, ast.Tuple(n.slice.elts[::-1], ast.Load()), n.ctx),
             )
             for p, entry in enumerate(node.slice.elts):
                 if isinstance(entry, ast.Constant):
                     for k in {0, 1, 2} - {entry.value}:
-                        yield "index", f"{whole}->{p},{k}", "", lambda n, p=p, k=k: ast.Subscript(
+                        yield "index", f"{whole}->{p},{k}", f": {k} is taken", lambda n, p=p, k=k: ast.Subscript(
                             n.value,
                             ast.Tuple([ast.Constant(k) if q == p else e for q, e in enumerate(n.slice.elts)],
                                       ast.Load()),
@@ -422,7 +564,12 @@ class Reader:
             )
         for a in range(len(node.elts)):
             of = f"entry {a}"
-            yield "sign", of, "", put(lambda e, a=a: [_minus(x) if k == a else x for k, x in enumerate(e)])
+            yield (
+                "sign",
+                of,
+                f": that of {of}",
+                put(lambda e, a=a: [_minus(x) if k == a else x for k, x in enumerate(e)]),
+            )
             yield (
                 "entries",
                 f"zero {a}",
@@ -479,7 +626,7 @@ class Reader:
                 "a product of lengths stands for the dot product",
                 (lambda n: ast.BinOp(_call(n.func.value, "norm"), ast.Mult(), _call(n.args[0], "norm"))),
             )
-            yield "sign", "absolute", "", lambda n: ast.Call(ast.Name("abs", ast.Load()), [n], [])
+            yield "sign", "absolute", ": an absolute value is taken", _absolute
         if name in ("transpose", "inverse"):
             kind = "transposed" if name == "transpose" else "inverse"
             yield kind, f"not {ast.unparse(node)}", "", lambda n: n.func.value
@@ -504,7 +651,29 @@ class Reader:
                 (lambda n: ast.BinOp(n.func.value, ast.Div(), _call(n.func.value, "norm_sqr"))),
             )
         if name in ("max", "min", "abs"):
-            yield "guard", name, "", lambda n: n.args[0]
+            yield "guard", name, f": {name} is missing", lambda n: n.args[0]
+        if name in ("max", "min"):
+            turned = "min" if name == "max" else "max"
+            yield (
+                "guard",
+                turned,
+                f": {turned} stands where {name} belongs",
+                lambda n, o=turned: ast.Call(ast.Name(o, ast.Load()), n.args, []),
+            )
+            yield "guard", "abs", ": abs stands for the guard", lambda n: _absolute(n.args[0])
+            yield (
+                "guard",
+                "abs inside",
+                ": an absolute value is taken",
+                lambda n: ast.Call(n.func, [_absolute(n.args[0]), *n.args[1:]], []),
+            )
+            yield (
+                "guard",
+                "added",
+                ": the small number is added",
+                lambda n: ast.BinOp(n.args[0], ast.Add(), n.args[1]),
+            )
+            yield "guard", "only", ": the small number stands alone", lambda n: n.args[1]
         if name in ("norm", "norm_sqr"):
             yield (
                 "lacks",
@@ -537,7 +706,7 @@ class Reader:
                 groups.setdefault((edit.kind, alike, edit.shape, "like"), []).append(edit)
                 groups.setdefault((edit.kind, alike, edit.shape, edit.line), []).append(edit)
             if edit.kind in ("lacks", "index"):  # the same name or index, whatever it is taken from
-                what = edit.of or edit.detail.split("->")[-1]
+                what = edit.of if edit.kind == "lacks" else edit.detail.split("->")[-1]
                 groups.setdefault((edit.kind, what, "of"), []).append(edit)
                 groups.setdefault((edit.kind, what, edit.place, "of"), []).append(edit)
         for edits in groups.values():
@@ -570,7 +739,7 @@ class Reader:
         names = [*self.arguments, *self.said]
         scopes: list[tuple[str, ast.AST]] = [("the formula", self.function)]
         for statement in ast.walk(self.function):
-            if isinstance(statement, (ast.Assign, ast.Return)) and statement.value is not None:
+            if isinstance(statement, VALUED) and statement.value is not None:
                 place = self.place(statement)
                 scopes.append((place, statement.value))
                 scopes += [(place, term) for term in _terms(statement.value)]
@@ -587,6 +756,9 @@ class Reader:
                 if len(changes) > 1:
                     of = f"{self.told(ast.Name(a))} and {self.told(ast.Name(b))}"
                     yield Edit("exchanged", f"{a},{b}", place, of, "", changes)
+        for place, scope in scopes:
+            for which, of, changes in substitutes.exchanged(self, scope):
+                yield Edit("exchanged", which, place, of, "", changes)
 
 
 def _shape(node: ast.AST) -> str:
@@ -642,5 +814,6 @@ class _Applied(ast.NodeTransformer):
 
 def applied(function: ast.FunctionDef, changes: Mapping[int, Change]) -> ast.FunctionDef:
     """A function with an edit made; inner changes come first."""
-    made: ast.FunctionDef = _Applied(changes).visit(copy.deepcopy(function))
+    copied = pickle.loads(pickle.dumps(function))  # several times as fast as deepcopy
+    made: ast.FunctionDef = _Applied(changes).visit(copied)
     return made

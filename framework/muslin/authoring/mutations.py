@@ -31,7 +31,8 @@ Words = tuple[str, str, str]
 
 def compiled(function: ast.FunctionDef, changes: Mapping[int, Any], names: dict[str, Any]) -> Any:
     """A function with changes made, ready to be called where these names are known."""
-    module = ast.fix_missing_locations(ast.Module([applied(function, changes)], []))
+    edited = applied(function, changes) if changes else function
+    module = ast.fix_missing_locations(ast.Module([edited], []))
     inside = dict(names)
     exec(compile(module, "<slip>", "exec"), inside)
     return inside[function.name]
@@ -104,11 +105,18 @@ def make(assignment: str, name: str) -> slips.Slips:
     nearby = [{key: _moved(value) for key, value in case.items()} for case in cases]
     right = [slips.print_of(np.asarray(e, dtype=float)) for e in expected]
     found: list[tuple[int, Words, list[np.ndarray]]] = []
+    texts: set[str] = set()  # of what has been tried
     with plain.looked_at() as names, warnings.catch_warnings(), np.errstate(all="ignore"):
         warnings.simplefilter("ignore")
-        for rank, words, function, changes in _candidates(assignment, task):
+        candidates = sorted(_candidates(assignment, task), key=lambda candidate: candidate[0])
+        for rank, words, function, changes in candidates:
             try:
-                made_of = compiled(function, changes, names)
+                edited = applied(function, changes)
+                text = ast.unparse(edited)
+                if text in texts:
+                    continue
+                texts.add(text)
+                made_of = compiled(edited, {}, names)
             except (ValueError, SyntaxError, AttributeError, TypeError):  # an edit that cannot be made here
                 continue
             made = run(made_of, cases[:1], task) and run(made_of, cases, task)

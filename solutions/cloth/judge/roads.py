@@ -189,6 +189,18 @@ def interpolate(phi, x0, x1, x2):
     return phi[0] * x0 + phi[1] * x1 + phi[2] * x2  # the weighted sum of the vertices
 
 
+def interpolate__matrix(phi, x0, x1, x2):
+    return ti.Matrix.cols([x0, x1, x2]) @ phi  # the matrix of the vertices, as columns, times phi
+
+
+def interpolate__loop(phi, x0, x1, x2):
+    A = ti.Matrix.rows([x0, x1, x2])  # the matrix of the vertices
+    x = ti.Vector([0.0, 0.0, 0.0])  # the point before the loop
+    for i in range(3):  # the sum over the vertices
+        x += phi[i] * A[i, :]  # the weighted sum of the vertices
+    return x  # the result
+
+
 def interpolate__edges(phi, x0, x1, x2):
     e = x1 - x0  # the first edge
     f = x2 - x0  # the second edge
@@ -228,6 +240,29 @@ def deformation_gradient(x0, x1, x2, dphi_dX, N):
     n = m.normalized()  # the deformed unit normal n
     G = ti.Matrix.cols([x0, x1, x2]) @ dphi_dX  # the sum of vertices times gradients
     return G + n.outer_product(N)  # the term that carries N to n
+
+
+def deformation_gradient__loop(x0, x1, x2, dphi_dX, N):
+    e = x1 - x0  # the first deformed edge
+    f = x2 - x0  # the second deformed edge
+    n = e.cross(f).normalized()  # the deformed unit normal n
+    A = ti.Matrix.rows([x0, x1, x2])  # the matrix of the vertices
+    F = n.outer_product(N)  # the term that carries N to n
+    for k in range(3):  # the sum over the vertices
+        F += A[k, :].outer_product(dphi_dX[k, :])  # the term of each vertex
+    return F  # the result
+
+
+def deformation_gradient__entries(x0, x1, x2, dphi_dX, N):
+    n = (x1 - x0).cross(x2 - x0).normalized()  # the deformed unit normal n
+    A = ti.Matrix.cols([x0, x1, x2])  # the matrix of the vertices
+    F = ti.Matrix([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # F before the loop
+    for i in range(3):  # the rows of F
+        for j in range(3):  # the columns of F
+            F[i, j] = n[i] * N[j]  # the term that carries N to n, entry by entry
+            for k in range(3):  # the sum over the vertices
+                F[i, j] += A[i, k] * dphi_dX[k, j]  # the sum of vertices times gradients
+    return F  # the result
 
 
 def deformation_gradient__sum(x0, x1, x2, dphi_dX, N):
@@ -306,6 +341,23 @@ def dn_dx(x0, x1, x2, i):
     C = ti.Matrix([[0, -e[2], e[1]], [e[2], 0, -e[0]], [-e[1], e[0], 0]])  # the cross-product matrix of e
     Q = ti.Matrix.identity(float, 3) - n.outer_product(n)  # the projection I - n n^T
     return Q @ C / m.norm()  # the final product
+
+
+def dn_dx__columns(x0, x1, x2, i):
+    m = (x1 - x0).cross(x2 - x0)  # the unnormalised normal m
+    n = m.normalized()  # the unit normal n
+    e = x2 - x1  # the edge opposite vertex 0
+    if i == 1:
+        e = x0 - x2  # the edge opposite vertex 1
+    if i == 2:
+        e = x1 - x0  # the edge opposite vertex 2
+    a = e.cross(ti.Vector([1.0, 0.0, 0.0]))  # column 0 of dm
+    b = e.cross(ti.Vector([0.0, 1.0, 0.0]))  # column 1 of dm
+    c = e.cross(ti.Vector([0.0, 0.0, 1.0]))  # column 2 of dm
+    a = (a - n.dot(a) * n) / m.norm()  # column 0, without its part along n
+    b = (b - n.dot(b) * n) / m.norm()  # column 1, without its part along n
+    c = (c - n.dot(c) * n) / m.norm()  # column 2, without its part along n
+    return ti.Matrix.cols([a, b, c])  # the three columns
 
 
 def dn_dx__closed(x0, x1, x2, i):
@@ -388,6 +440,20 @@ def mass_block(i, j, area, rho, h):
     return m  # the result
 
 
+def mass_block__kronecker(i, j, area, rho, h):
+    d = 0  # delta_ij off the diagonal
+    if i == j:
+        d = 1  # delta_ij on the diagonal, where i = j
+    return rho * h * area * (1 + d) / 12  # the mass, from 1 + delta_ij
+
+
+def mass_block__from_the_diagonal(i, j, area, rho, h):
+    m = rho * h * area / 6  # the mass for i = j
+    if i != j:
+        m = m / 2  # the mass for i != j
+    return m  # the result
+
+
 def mass_block__fraction(i, j, area, rho, h):
     f = 1 / 12  # the fraction for i != j
     if i == j:
@@ -426,6 +492,40 @@ def kinetic_energy(v0, v1, v2, area, rho, h):
     a = v0.dot(v0) + v1.dot(v1) + v2.dot(v2)  # the squares v_i . v_i
     b = v0.dot(v1) + v1.dot(v2) + v2.dot(v0)  # the mixed terms v_i . v_j
     return rho * h * area / 12 * (a + b)  # the sum and its factor
+
+
+def kinetic_energy__loops(v0, v1, v2, area, rho, h):
+    v = ti.Matrix.rows([v0, v1, v2])  # the matrix of the velocities
+    T = 0.0  # the energy before the loop
+    for i in range(3):  # the sum over i
+        for j in range(3):  # the sum over j
+            m = rho * h * area / 12  # the mass for i != j
+            if i == j:
+                m = rho * h * area / 6  # the mass for i = j
+            T += 0.5 * m * v[i, :].dot(v[j, :])  # the double sum, term by term
+    return T  # the result
+
+
+def kinetic_energy__of_the_sum(v0, v1, v2, area, rho, h):
+    w = v0 + v1 + v2  # the sum of the velocities
+    a = v0.norm_sqr() + v1.norm_sqr() + v2.norm_sqr()  # the squares v_i . v_i
+    return rho * h * area / 24 * (a + w.norm_sqr())  # the sum of squares and the square of the sum
+
+
+def kinetic_energy__six_terms(v0, v1, v2, area, rho, h):
+    m = rho * h * area / 6  # the mass on the diagonal
+    k = rho * h * area / 12  # the mass off the diagonal
+    a = 0.5 * m * v0.dot(v0) + 0.5 * m * v1.dot(v1) + 0.5 * m * v2.dot(v2)  # the squares v_i . v_i
+    b = k * v0.dot(v1) + k * v1.dot(v2) + k * v0.dot(v2)  # the mixed terms v_i . v_j, i < j
+    return a + b  # the sum of squares and mixed terms
+
+
+def kinetic_energy__matrix(v0, v1, v2, area, rho, h):
+    m = rho * h * area / 12  # the mass off the diagonal
+    a = 2 * m * v0 + m * v1 + m * v2  # row 0 of M_e times the velocities
+    b = m * v0 + 2 * m * v1 + m * v2  # row 1 of M_e times the velocities
+    c = m * v0 + m * v1 + 2 * m * v2  # row 2 of M_e times the velocities
+    return 0.5 * (v0.dot(a) + v1.dot(b) + v2.dot(c))  # the sum and its factor 1/2
 
 
 def kinetic_energy__fractions(v0, v1, v2, area, rho, h):
@@ -474,6 +574,32 @@ def kinetic_energy__of_the_sum_of_norms(v0, v1, v2, area, rho, h):
 
 def right_cauchy_green(F):
     return F.transpose() @ F  # C
+
+
+def right_cauchy_green__loops(F):
+    C = ti.Matrix([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # C before the loop
+    for i in range(3):  # the rows of C
+        for j in range(3):  # the columns of C
+            for k in range(3):  # the inner sum over the three rows of F
+                C[i, j] += F[k, i] * F[k, j]  # each entry of C
+    return C  # the result
+
+
+def right_cauchy_green__columns(F):
+    a = F[:, 0]  # column 0 of F
+    b = F[:, 1]  # column 1 of F
+    c = F[:, 2]  # column 2 of F
+    p = ti.Vector([a.dot(a), a.dot(b), a.dot(c)])  # row 0 of C
+    q = ti.Vector([b.dot(a), b.dot(b), b.dot(c)])  # row 1 of C
+    t = ti.Vector([c.dot(a), c.dot(b), c.dot(c)])  # row 2 of C
+    return ti.Matrix.rows([p, q, t])  # the three rows
+
+
+def right_cauchy_green__dyads(F):
+    C = F[0, :].outer_product(F[0, :])  # the part of row 0 of F
+    C += F[1, :].outer_product(F[1, :])  # the part of row 1 of F
+    C += F[2, :].outer_product(F[2, :])  # the part of row 2 of F
+    return C  # the sum over the three rows of F
 
 
 def right_cauchy_green__twice(F):
@@ -541,6 +667,21 @@ def psi(s, mu, lam):
     return mu * a + lam / 2 * t**2  # the sum of the mu term and the lam term
 
 
+def psi__strains(s, mu, lam):
+    a = s[0] - 1  # the strain of direction 0
+    b = s[1] - 1  # the strain of direction 1
+    return mu * (a**2 + b**2) + lam / 2 * (a + b) ** 2  # the sum of the mu term and the lam term
+
+
+def psi__loop(s, mu, lam):
+    a = 0.0  # the sum of squares that mu weighs
+    t = 0.0  # the change of size that lam weighs
+    for i in range(2):  # the sum over the stretches in the plane
+        a += (s[i] - 1) ** 2  # the sum of squares that mu weighs
+        t += s[i] - 1  # the change of size that lam weighs
+    return mu * a + 0.5 * lam * t * t  # the sum of the mu term and the lam term
+
+
 def psi__one_line(s, mu, lam):
     a = mu * (s[0] - 1) ** 2 + mu * (s[1] - 1) ** 2  # the mu term
     b = 0.5 * lam * (s[0] + s[1] - 2) ** 2  # the lam term
@@ -599,6 +740,31 @@ def dpsi_ds(s, mu, lam):
     return ti.Vector([p, q, 0.0])  # the three components
 
 
+def dpsi_ds__strains(s, mu, lam):
+    a = s[0] - 1  # the strain of direction 0
+    b = s[1] - 1  # the strain of direction 1
+    p = 2 * mu * a + lam * (a + b)  # component 0
+    q = 2 * mu * b + lam * (a + b)  # component 1
+    return ti.Vector([p, q, 0.0])  # the three components
+
+
+def dpsi_ds__loop(s, mu, lam):
+    t = s[0] + s[1] - 2  # the change of size that lam weighs, the sum of both strains
+    g = ti.Vector([0.0, 0.0, 0.0])  # the gradient before the loop
+    for i in range(2):  # the components in the plane
+        g[i] = 2 * mu * (s[i] - 1) + lam * t  # each component
+    return g  # the three components
+
+
+def dpsi_ds__sum_in_a_loop(s, mu, lam):
+    g = ti.Vector([0.0, 0.0, 0.0])  # the gradient before the loop
+    for i in range(2):  # the components in the plane
+        g[i] += 2 * mu * (s[i] - 1)  # the mu term of each component
+        for j in range(2):  # the sum of both strains, that couples the components
+            g[i] += lam * (s[j] - 1)  # the lam term of each component
+    return g  # the three components
+
+
 def dpsi_ds__one_line(s, mu, lam):
     p = 2 * mu * (s[0] - 1) + lam * (s[0] + s[1] - 2)  # component 0
     q = 2 * mu * (s[1] - 1) + lam * (s[0] + s[1] - 2)  # component 1
@@ -650,6 +816,31 @@ def d2psi_ds2(s, mu, lam):
     return ti.Matrix([[a, b, 0.0], [b, a, 0.0], [0.0, 0.0, 0.0]])  # the nine entries
 
 
+def d2psi_ds2__dyad(s, mu, lam):
+    e = ti.Vector([1.0, 1.0, 0.0])  # the vector (1, 1, 0)
+    A = ti.Matrix([[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]])  # the identity of the plane
+    return 2 * mu * A + lam * e.outer_product(e)  # the sum of the mu part and the lam part
+
+
+def d2psi_ds2__loop(s, mu, lam):
+    H = ti.Matrix([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # the matrix before the loop
+    for i in range(2):  # the rows
+        for j in range(2):  # the columns
+            H[i, j] += lam  # the lam part, on and off the diagonal
+        H[i, i] += 2 * mu  # the mu part on the diagonal
+    return H  # the nine entries
+
+
+def d2psi_ds2__condition(s, mu, lam):
+    H = ti.Matrix([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # the matrix before the loop
+    for i in range(2):  # the rows
+        for j in range(2):  # the columns
+            H[i, j] = lam  # the entries off the diagonal
+            if i == j:
+                H[i, j] = 2 * mu + lam  # the entries on the diagonal
+    return H  # the nine entries
+
+
 def d2psi_ds2__entries(s, mu, lam):
     H = [[2 * mu + lam, lam, 0.0], [lam, 2 * mu + lam, 0.0], [0.0, 0.0, 0.0]]  # the nine entries
     return ti.Matrix(H)  # the result
@@ -678,6 +869,28 @@ def d2psi_ds2__mu_and_lam_everywhere(s, mu, lam):
 
 def dpsi_dF(U, dpsi_ds, V):
     return U @ diag(dpsi_ds) @ V.transpose()  # the product of three matrices
+
+
+def dpsi_dF__loop(U, dpsi_ds, V):
+    P = ti.Matrix([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # P before the loop
+    for k in range(3):  # the sum over the directions
+        P += dpsi_ds[k] * U[:, k].outer_product(V[:, k])  # the term of each direction
+    return P  # the sum over the directions
+
+
+def dpsi_dF__loops(U, dpsi_ds, V):
+    P = ti.Matrix([[0.0, 0.0, 0.0], [0.0, 0.0, 0.0], [0.0, 0.0, 0.0]])  # P before the loop
+    for i in range(3):  # the rows of P
+        for j in range(3):  # the columns of P
+            for k in range(3):  # the sum over the directions
+                P[i, j] += U[i, k] * dpsi_ds[k] * V[j, k]  # each entry, term by term
+    return P  # the result
+
+
+def dpsi_dF__entries(U, dpsi_ds, V):
+    p = dpsi_ds  # the stresses
+    S = ti.Matrix([[p[0], 0.0, 0.0], [0.0, p[1], 0.0], [0.0, 0.0, p[2]]])  # the diagonal matrix
+    return U @ S @ V.transpose()  # the product of three matrices
 
 
 def dpsi_dF__sum(U, dpsi_ds, V):
@@ -728,6 +941,27 @@ def nodal_force(P, grad_phi, area, h):
     return -h * area * (P @ grad_phi)  # the force
 
 
+def nodal_force__components(P, grad_phi, area, h):
+    a = P[0, :].dot(grad_phi)  # component 0, row 0 of P times the gradient
+    b = P[1, :].dot(grad_phi)  # component 1, row 1 of P times the gradient
+    c = P[2, :].dot(grad_phi)  # component 2, row 2 of P times the gradient
+    return -h * area * ti.Vector([a, b, c])  # the three components and their factor
+
+
+def nodal_force__loops(P, grad_phi, area, h):
+    f = ti.Vector([0.0, 0.0, 0.0])  # the force before the loop
+    for i in range(3):  # the components of the force
+        for j in range(3):  # the sum over a row of P
+            f[i] -= h * area * P[i, j] * grad_phi[j]  # each component, term by term
+    return f  # the force
+
+
+def nodal_force__columns(P, grad_phi, area, h):
+    g = grad_phi  # the gradient
+    f = g[0] * P[:, 0] + g[1] * P[:, 1] + g[2] * P[:, 2]  # the columns of P times the gradient's components
+    return -h * area * f  # the force
+
+
 def nodal_force__sum(P, grad_phi, area, h):
     """Area and thickness are added, where they should be multiplied.
 
@@ -772,6 +1006,15 @@ def d2psi_dFij(U, V, dpsi_ds, d2psi_ds2, dU, ds, dV):
     return a + b + d  # the sum of the three terms
 
 
+def d2psi_dFij__chain_rule(U, V, dpsi_ds, d2psi_ds2, dU, ds, dV):
+    c = ti.Vector([0.0, 0.0, 0.0])  # the change of psi_s before the loop
+    for i in range(3):  # the components of the change of psi_s
+        for j in range(3):  # the sum of the chain rule
+            c[i] += d2psi_ds2[i, j] * ds[j]  # the chain rule in the middle term
+    A = (dU @ diag(dpsi_ds) + U @ diag(c)) @ V.transpose()  # the first and the middle term
+    return A + U @ diag(dpsi_ds) @ dV.transpose()  # the last term added
+
+
 def d2psi_dFij__full(U, V, dpsi_ds, d2psi_ds2, dU, ds, dV):
     """The whole Hessian of psi stands in the middle term, where a diagonal matrix belongs.
 
@@ -805,6 +1048,19 @@ def eigensystem(s, dpsi_ds, d2psi_ds2):
     twist = (p + q) / max(s[0] + s[1], 1e-6)  # the quotient of twist
     a = p / max(s[0], 1e-6)  # out_0
     b = q / max(s[1], 1e-6)  # out_1
+    return ti.Vector([flip, twist, a, b])  # the four values
+
+
+def eigensystem__mean(s, dpsi_ds, d2psi_ds2):
+    p = dpsi_ds[0]  # the stress psi_0
+    q = dpsi_ds[1]  # the stress psi_1
+    gap = s[0] - s[1]  # the gap of the stretches
+    flip = (d2psi_ds2[0, 0] + d2psi_ds2[1, 1]) / 2 - d2psi_ds2[0, 1]  # the limit of flip
+    if abs(gap) > 1e-3:
+        flip = (p - q) / gap  # the quotient of flip
+    twist = (p + q) / max(s[0] + s[1], 1e-6)  # the quotient of twist
+    a = p / max(s[0], 1e-6)  # the quotient of out_0
+    b = q / max(s[1], 1e-6)  # the quotient of out_1
     return ti.Vector([flip, twist, a, b])  # the four values
 
 
@@ -900,6 +1156,32 @@ def sphere_contact(x, c, r):
     return ti.cast(d.norm() < r, ti.i32), n  # the hit
 
 
+def sphere_contact__components(x, c, r):
+    a = x[0] - c[0]  # component 0 of the vector from the centre, in x
+    b = x[1] - c[1]  # component 1 of the vector from the centre, in y
+    d = x[2] - c[2]  # component 2 of the vector from the centre, in z
+    size = ti.sqrt(a * a + b * b + d * d)  # the distance from the centre
+    n = ti.Vector([0.0, 1.0, 0.0])  # the normal at the centre
+    if size > 0:
+        n = ti.Vector([a, b, d]) / size  # the normal
+    hit = 0  # the hit outside
+    if size < r:
+        hit = 1  # the hit inside
+    return hit, n  # the two results
+
+
+def sphere_contact__squares(x, c, r):
+    d = x - c  # the vector from the centre to the vertex
+    a = d.dot(d)  # the squared distance
+    n = ti.Vector([0.0, 1.0, 0.0])  # the normal at the centre
+    if a > 0:
+        n = d / ti.sqrt(a)  # the normal
+    hit = 0  # the hit outside
+    if a < r * r:
+        hit = 1  # the hit inside
+    return hit, n  # the two results
+
+
 def sphere_contact__quotient(x, c, r):
     d = x - c  # the vector from the centre to the vertex
     size = d.norm()  # the distance from the centre
@@ -953,6 +1235,19 @@ def filter_velocity(v, n):
     w = v  # the velocity that is kept
     if d < 0:
         w = v - d * n  # the filtered velocity
+    return w  # the result
+
+
+def filter_velocity__min(v, n):
+    d = min(n.dot(v), 0.0)  # the velocity into the obstacle, zero or less
+    return v - d * n  # the filtered velocity
+
+
+def filter_velocity__components(v, n):
+    d = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]  # the velocity along n
+    w = v  # the velocity that is kept
+    if d < 0:
+        w = ti.Vector([v[0] - d * n[0], v[1] - d * n[1], v[2] - d * n[2]])  # the filtered velocity
     return w  # the result
 
 
