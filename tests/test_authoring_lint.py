@@ -82,7 +82,7 @@ MISTAKES = {
     ),
     "a kind that does not exist": (
         lambda: edit(MANIFEST, 'phi = "vec3', 'phi = "vector3'),
-        r"'vector3 \[1\] barycentric coordinates' does not describe a value; Write .*vec3",
+        r"'vector3 \[1\] barycentric coordinates' does not describe a value; Write .*vecN",
     ),
     "a prerequisite that does not exist": (
         lambda: edit(MANIFEST, "[task.phi]\n", '[task.phi]\nneeds = ["barycentric"]\n'),

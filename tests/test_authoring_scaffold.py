@@ -58,9 +58,11 @@ def test_a_new_assignment_works_at_once(repository, monkeypatch, capsys):
 
 
 def test_a_new_assignment_is_graded_where_there_are_no_solutions(repository, tmp_path_factory, monkeypatch):
-    """As on Gradescope: what the generator knows lies beside the public data."""
+    """As on Gradescope: what the judges know lies in a folder that graders alone have."""
     scaffold.new_assignment("heat")
     elsewhere = tmp_path_factory.mktemp("elsewhere")
+    (elsewhere / "judge" / "heat").mkdir(parents=True)
+    shutil.copy("solutions/heat/reference.py", elsewhere / "judge" / "heat")
     for name in ("assignments", "data"):
         shutil.copytree(name, elsewhere / name)
     work = shutil.copytree("solutions/heat", elsewhere / "work")

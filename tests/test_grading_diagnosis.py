@@ -10,8 +10,10 @@ import pytest
 
 import muslin
 from muslin import reference, tasks
+from muslin.authoring import mistakes
 from muslin.errors import MuslinError
-from muslin.grading import diagnosis, mistakes
+from muslin.grading import diagnosis, known
+from muslin.judging import judge
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
 import suite
@@ -42,7 +44,7 @@ def outcomes(tmp_path_factory):
                 except MuslinError as error:
                     found[variant] = reference.Verdict(name, False, str(error)), None, 0.0
                     continue
-                verdict = reference.compare(TABLE[name], got, expected, inputs)
+                verdict = reference.compare(TABLE[name], got, expected, inputs, judge("cloth", name).terms)
                 start = time.process_time()
                 named = diagnosis.diagnose(TABLE[name], got, expected, inputs)
                 found[variant] = verdict, named, time.process_time() - start
@@ -174,24 +176,39 @@ def solution_lines():
 def all_words():
     """Every sentence a student can be told."""
     yield from itertools.chain(*diagnosis.WORDS.values())
-    for known in mistakes.KNOWN.values():
-        yield from itertools.chain(*((m.mistake, m.advice) for m in known))
-    for said in mistakes.SAID.values():
-        yield from itertools.chain(*said.values())
+    for task in TABLE:
+        yield from itertools.chain(*((m.mistake, m.advice) for m in judge("cloth", task).mistakes))
+        yield from itertools.chain(*judge("cloth", task).said.values())
 
 
 def test_no_advice_and_no_table_holds_a_line_of_the_solution():
     lines = {line for line in solution_lines() if len(line) > 12}
     assert len(lines) > 40
-    sources = [Path(module.__file__).read_text() for module in (diagnosis, mistakes)]
-    for text in (*all_words(), *sources):
+    for text in (*all_words(), Path(diagnosis.__file__).read_text()):
         squeezed = "".join(text.split())
         assert not [line for line in lines if line in squeezed]
 
 
-def test_what_is_known_belongs_to_a_task():
-    assert set(mistakes.KNOWN) == set(TABLE)
-    assert set(mistakes.SAID) <= set(TABLE)
+def test_something_is_known_of_every_task():
+    assert all(judge("cloth", task).mistakes for task in TABLE)
+
+
+def test_the_data_hold_what_the_judges_say():
+    """Made again, and beside what a mistake really makes of the cases."""
+    task = "mass_block"
+    found, made = known.load("cloth", task, 1), mistakes.make(TABLE[task], "cloth")
+    for kind in (known.MISTAKE, known.CHANGE):
+        pairs = list(zip(found.of(0, kind), made.of(0, kind), strict=True))
+        assert pairs
+        for stored, again in pairs:
+            assert (stored.cause, stored.mistake, stored.advice) == (again.cause, again.mistake, again.advice)
+            np.testing.assert_allclose(stored.made, again.made, rtol=1e-7)
+    inputs, _ = reference.cases("cloth", task)
+    twice = next(e for e in found.of(0, known.CHANGE) if e.cause.startswith("doubled"))
+    right = muslin.evaluate(
+        muslin.load("solutions/cloth")[task], **{**inputs, twice.of: 2 * inputs[twice.of]}
+    )
+    np.testing.assert_allclose(twice.made, right, rtol=1e-6)
 
 
 # --- answers nobody expects --------------------------------------------------------------------------------

@@ -9,11 +9,11 @@ import pytest
 
 import muslin
 from muslin import tasks
-from muslin.grading import properties
+from muslin.judging import judge, properties
 
 SOLUTION = Path(__file__).parents[1] / "solutions" / "cloth"
 TABLE = tasks.assignment("cloth").tasks
-PROPERTIES = properties.PROPERTIES["cloth"]
+PROPERTIES = {name: judge("cloth", name).properties for name in tasks.assignment("cloth").tasks}
 ALL = [(task, prop.name) for task, props in PROPERTIES.items() for prop in props]
 
 
@@ -501,7 +501,7 @@ def test_every_property_catches_something(task, name):
 def test_zeros_break_a_property_of_every_task(task):
     def zeros(**a):
         count = len(next(iter(a.values())))
-        kinds = [tasks.KINDS[value.kind] for value in TABLE[task].results]
+        kinds = [tasks.form(value.kind) for value in TABLE[task].results]
         return tuple(np.zeros((count, *shape), np.int32 if integer else float) for shape, integer in kinds)
 
     assert broken(task, zeros)
@@ -549,7 +549,7 @@ def test_inputs_are_what_the_task_table_says(task):
         count = len(next(iter(inputs.values())))
         total += count
         for value in TABLE[task].arguments:
-            shape, integer = tasks.KINDS[value.kind]
+            shape, integer = tasks.form(value.kind)
             array = inputs[value.name]
             assert array.shape == (count, *shape)
             assert array.dtype == (np.int32 if integer else np.float64)

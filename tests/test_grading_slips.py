@@ -12,6 +12,7 @@ import pytest
 from muslin import paths, reference, tasks
 from muslin.authoring import edits, mutations
 from muslin.grading import diagnosis, slips
+from muslin.judging import judge
 from muslin.student import plain
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
@@ -143,7 +144,7 @@ def told():
                 if made is None:  # no results: told by the form
                     continue
                 got = tuple(m.astype(e.dtype) for m, e in zip(made, expected, strict=True))
-                right = reference.compare(TABLE[task], got, expected, inputs).ok
+                right = reference.compare(TABLE[task], got, expected, inputs, judge("cloth", task).terms).ok
                 found[task, name] = right, diagnosis.diagnose(TABLE[task], got, expected, inputs)
     return found
 
@@ -237,7 +238,7 @@ def test_every_road_is_right_and_every_line_says_what_it_is(task):
         for function, source in mutations.roads("cloth")[task]:
             made = mutations.run(mutations.compiled(function, {}, names), cases, TABLE[task])
             got = tuple(m.astype(e.dtype) for m, e in zip(made, expected, strict=True))
-            verdict = reference.compare(TABLE[task], got, expected, inputs)
+            verdict = reference.compare(TABLE[task], got, expected, inputs, judge("cloth", task).terms)
             whole = ast.get_docstring(function)
             assert verdict.ok == (whole is None), function.name
             if whole:

@@ -8,8 +8,9 @@ import pytest
 
 import muslin
 from muslin import reference, tasks
-from muslin.grading import checks, properties
+from muslin.grading import checks
 from muslin.grading.record import FAILED
+from muslin.judging import properties
 from muslin.student import checking
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))

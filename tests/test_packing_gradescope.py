@@ -178,7 +178,7 @@ os.kill(os.getppid(), 9) if os.getuid() == 0 else None
 def test_when_the_autograder_itself_fails_there_still_is_a_result(box, work, broken):
     victim = {
         "Muslin does not start": next(
-            box.folder.glob("opt/muslin/lib/python*/site-packages/muslin/tasks.py")
+            box.folder.glob("opt/muslin/lib/python*/site-packages/muslin/tasks/__init__.py")
         ),
         "the hidden data are damaged": box.autograder / "source" / "hidden" / "phi.npz",
     }[broken]

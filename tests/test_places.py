@@ -177,7 +177,7 @@ COMMANDS = ["", "start", "check", "list", "hint", "reset", "run", "submit", "wat
             "explain", "gradcheck",
             "simulate", "scenes", "render", "export", "demo", "doctor", "view", "grade", "lint", "release", "pack",
             "bench", "class", "class grade", "new", "new assignment", "new task", "reference", "reference build",
-            "reference slips", "reference verify"]  # fmt: skip
+            "reference mistakes", "reference slips", "reference verify", "mesh"]  # fmt: skip
 
 
 def in_process(monkeypatch, capsys, *words, **variables):

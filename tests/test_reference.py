@@ -10,8 +10,9 @@ import pytest
 
 import muslin
 from muslin import paths, reference, tasks
-from muslin.authoring import reference_data, truth
+from muslin.authoring import reference_data
 from muslin.errors import MuslinError
+from muslin.judging import exact, judge
 
 SOLUTION = Path(__file__).parents[1] / "solutions" / "cloth"
 TASKS = tasks.assignment("cloth").tasks
@@ -49,7 +50,11 @@ def test_another_seed_gives_other_cases_that_a_right_solution_passes(functions):
         public, _ = reference.cases("cloth", name)
         assert any((inputs[key][:24] != public[key][:24]).any() for key in inputs)
         verdict = reference.compare(
-            task, muslin.evaluate(functions[name], **inputs), truth.truth(name, inputs), inputs
+            task,
+            muslin.evaluate(functions[name], **inputs),
+            reference_data.truth("cloth", name, inputs),
+            inputs,
+            terms=judge("cloth", name).terms,
         )
         assert verdict.ok, verdict
         assert verdict.error < 1e-11
@@ -142,7 +147,7 @@ def test_without_mpmath_the_message_says_what_to_install(monkeypatch):
             raise ImportError(name)
         return real(name, *args, **kwargs)
 
-    truth.precise.cache_clear()
+    exact.precise.cache_clear()
     monkeypatch.setattr(builtins, "__import__", no_mpmath)
     with pytest.raises(MuslinError, match="pip install mpmath"):
         reference_data.build("cloth", "nowhere")
@@ -168,7 +173,7 @@ def test_only_the_named_tasks_are_checked(functions):
 def test_zeros_negatives_and_slightly_wrong_answers_fail(name):
     inputs, expected = reference.cases("cloth", name)
     task = TASKS[name]
-    assert reference.compare(task, expected, expected, inputs).ok
+    assert reference.compare(task, expected, expected, inputs, None).ok
     for wrong in (
         [np.zeros_like(array) for array in expected],
         [-array for array in expected],
@@ -177,7 +182,7 @@ def test_zeros_negatives_and_slightly_wrong_answers_fail(name):
     ):
         if all((a == b).all() for a, b in zip(wrong, expected, strict=True)):
             continue
-        verdict = reference.compare(task, wrong, expected, inputs)
+        verdict = reference.compare(task, wrong, expected, inputs, None)
         assert not verdict.ok
         assert "yours" in verdict.message
         assert "expected" in verdict.message
@@ -189,14 +194,14 @@ def test_not_a_number_a_wrong_shape_and_a_wrong_type_are_named_before_any_error(
     for bad in (np.nan, np.inf):
         wrong = right.copy()
         wrong[7, 1] = bad
-        verdict = reference.compare(task, wrong, (right,), inputs)
+        verdict = reference.compare(task, wrong, (right,), inputs, None)
         assert not verdict.ok
         assert "case 7" in verdict.message
         assert "not finite" in verdict.message
-    assert "shape" in reference.compare(task, right[:, :2], (right,), inputs).message
-    assert "type" in reference.compare(task, right.astype(np.float32), (right,), inputs).message
-    assert "returns 2 values" in reference.compare(task, (right, right), (right,), inputs).message
-    assert reference.compare(task, right, (right,), inputs).ok
+    assert "shape" in reference.compare(task, right[:, :2], (right,), inputs, None).message
+    assert "type" in reference.compare(task, right.astype(np.float32), (right,), inputs, None).message
+    assert "returns 2 values" in reference.compare(task, (right, right), (right,), inputs, None).message
+    assert reference.compare(task, right, (right,), inputs, None).ok
 
 
 def test_an_exact_zero_must_stay_exactly_zero():
@@ -204,7 +209,7 @@ def test_an_exact_zero_must_stay_exactly_zero():
     still = int(np.flatnonzero(right == 0)[0])
     wrong = right.copy()
     wrong[still] = 1e-300
-    verdict = reference.compare(TASKS["kinetic_energy"], wrong, (right,), inputs)
+    verdict = reference.compare(TASKS["kinetic_energy"], wrong, (right,), inputs, None)
     assert not verdict.ok
     assert verdict.case == still
 
@@ -214,7 +219,7 @@ def test_swapped_lame_parameters_fail(functions):
         inputs, expected = reference.cases("cloth", name)
         swapped = {**inputs, "mu": inputs["lam"], "lam": inputs["mu"]}
         got = muslin.evaluate(functions[name], **swapped)
-        assert not reference.compare(TASKS[name], got, expected, inputs).ok
+        assert not reference.compare(TASKS[name], got, expected, inputs, judge("cloth", name).terms).ok
 
 
 def test_a_stub_a_missing_file_and_a_broken_function_get_a_verdict_each(tmp_path):

@@ -8,7 +8,8 @@ import truth_fast as fast
 
 import muslin
 from muslin import given
-from muslin.authoring import truth as tr
+from muslin.judging import exact as tr
+from muslin.judging.judge import known
 
 SOLUTION = Path(__file__).parents[1] / "solutions" / "cloth"
 COUNT = 10_000
@@ -418,7 +419,7 @@ def test_both_truths_agree_on_the_potential_energy_of_a_triangle(energy):
         vertices, *material = (tr.exact(values[k]) for values in (X, mu, lam, h))
 
         def potential(q, vertices=vertices, material=material):
-            return tr.potential_energy(vertices, [q[:3], q[3:6], q[6:]], *material, energy)
+            return known("cloth", "potential_energy")(vertices, [q[:3], q[3:6], q[6:]], *material, energy)
 
         q = tr.exact(x[k].ravel())
         scale = h[k] * rest.area[k] * (2 * mu[k] + lam[k])
@@ -434,7 +435,7 @@ def test_both_truths_agree_on_the_energy_that_follows_the_normal(apart):
         s, mu, lam = (tr.exact(values[k]) for values in (apart.s, apart.mu, apart.lam))
 
         def density(F, s=s, mu=mu, lam=lam):
-            return tr.psi_of_F([F[:3], F[3:6], F[6:]], s, mu, lam)
+            return known("cloth", "psi_of_F")([F[:3], F[3:6], F[6:]], s, mu, lam)
 
         F = tr.exact(apart.F[k].ravel())
         assert size([apart.psi.gradient[k] - precise(tr.gradient(density, F))]) < 1e-15 * apart.stiff[k]

@@ -1,6 +1,6 @@
 """The truth for ten thousand triangles: exact derivatives of the energy alone, in 64-bit-mantissa arithmetic.
 
-`muslin.authoring.truth` differentiates numerically with 110 digits, some milliseconds a case. Here the energy
+`muslin.judging.exact` differentiates numerically with 110 digits, some milliseconds a case. Here the energy
 is evaluated on jets (value, gradient, Hessian, carried through each operation by the chain rule) of numpy's
 longdouble: about 1e-18, vectorised. Nothing below is a formula of a solution; the two truths are tested
 against each other in `test_student_functions.py`.

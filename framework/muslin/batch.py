@@ -17,20 +17,21 @@ from muslin import engine, runtime
 from muslin.complaints import LIST, explained, misshapen
 from muslin.errors import MuslinError
 from muslin.source import remember
-from muslin.tasks import KINDS, Task, usable
+from muslin.tasks import Task, form, kind_of, plain, usable
 
 _counter = itertools.count()
 
 
 def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = None, **arrays: Any) -> Any:
-    """Evaluate a Taichi function on a batch of samples.
+    """Evaluate a function on a batch of samples.
 
     Parameters
     ----------
     function : taichi function
-        A task function of `muslin.load`, a given function, or any `@ti.func` on scalars, vectors and matrices.
+        A task function of `muslin.load`, a given function, or any `@ti.func` on scalars, vectors and matrices. A task
+        in plain Python is called once per sample.
     results : tuple of str, optional
-        Kinds of what the function returns (keys of `muslin.tasks.KINDS`); known for task and given functions.
+        Kinds of what the function returns (see `muslin.tasks.form`); known for task and given functions.
     **arrays : array_like, (b, ...)
         One array per argument, by name. An argument without the leading axis is used for every sample.
 
@@ -49,8 +50,10 @@ def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = 
         If an argument is missing, unknown, or has the wrong shape.
     """
     usable(function)
-    names = kept(function, "names", lambda: tuple(inspect.signature(function).parameters))
     task: Task | None = getattr(function, "task", None)
+    if task is not None and task.in_python:
+        return plain.evaluate(function, task, {name: np.asarray(array) for name, array in arrays.items()})
+    names = kept(function, "names", lambda: tuple(inspect.signature(function).parameters))
     title = task.name if task else getattr(function, "__name__", "function")
     if set(arrays) != set(names):
         raise MuslinError(f"{title} takes ({', '.join(names)}), not ({', '.join(arrays)}).")
@@ -107,9 +110,12 @@ def _is_given(function: Callable[..., Any]) -> bool:
 def _kind(title: str, name: str, array: np.ndarray) -> str:
     """Kind of an argument of an unlisted function, read off its array."""
     integer = array.dtype.kind in "iub"
-    for kind, (shape, is_int) in KINDS.items():
-        batched = array.ndim in (len(shape), len(shape) + 1)
-        if batched and array.shape[array.ndim - len(shape) :] == shape and is_int == (integer and not shape):
+    for shape in (
+        array.shape,
+        array.shape[1:],
+    ):  # one sample for all, or a batch; a matrix before many vectors
+        small = all(size <= 4 for size in shape) and (len(shape) < 2 or shape[0] == shape[1])
+        if len(shape) <= 2 and small and (kind := kind_of(shape, integer and not shape)):
             return kind
     raise MuslinError(
         f"{title}: {name} has shape {array.shape}; no scalar, vector or matrix looks like that."
@@ -121,7 +127,7 @@ def _batched(
 ) -> tuple[list[np.ndarray], int]:
     sizes = {}
     for name, kind, array in zip(names, kinds, arrays, strict=True):
-        shape, _ = KINDS[kind]
+        shape, _ = form(kind)
         if array.ndim == len(shape) + 1:
             sizes[name] = len(array)
         if array.ndim not in (len(shape), len(shape) + 1) or array.shape[array.ndim - len(shape) :] != shape:
@@ -132,7 +138,7 @@ def _batched(
     batch = next(iter(sizes.values()), 1)
     inputs = []
     for kind, array in zip(kinds, arrays, strict=True):
-        shape, is_int = KINDS[kind]
+        shape, is_int = form(kind)
         dtype = np.int32 if is_int else np.float64
         # Functions get their arguments by value, so that what need not be converted need not be copied.
         inputs.append(np.ascontiguousarray(np.broadcast_to(array, (batch, *shape)), dtype=dtype))
@@ -140,7 +146,7 @@ def _batched(
 
 
 def _empty(kind: str, batch: int) -> np.ndarray:
-    shape, is_int = KINDS[kind]
+    shape, is_int = form(kind)
     return np.zeros((batch, *shape), dtype=np.int32 if is_int else np.float64)
 
 
@@ -160,7 +166,7 @@ def _make_kernel(
     outputs = [f"r{k}" for k in range(len(results))]
     values = [f"value{k}" for k in range(len(results))]
     annotated = [
-        f"{name}: types[{kind!r}]" for name, kind in zip(inputs + outputs, kinds + results, strict=True)
+        f"{name}: type_of({kind!r})" for name, kind in zip(inputs + outputs, kinds + results, strict=True)
     ]
     checks = "".join(f"        ti.static(check({value}, {k}))\n" for k, value in enumerate(values))
     writes = "".join(f"        {out}[sample] = {value}\n" for out, value in zip(outputs, values, strict=True))
@@ -172,13 +178,13 @@ def _make_kernel(
     )
 
     def check(value: Any, k: int) -> bool:
-        shape, _ = KINDS[results[k]]
+        shape, _ = form(results[k])
         got = _shape(value)
         if got != shape:
             raise misshapen(function, title, k, _describe(got), _describe(shape))
         return True
 
-    scope = {"ti": ti, "function": function, "check": check, "types": array_types()}
+    scope = {"ti": ti, "function": function, "check": check, "type_of": array_type}
     filename = f"<muslin batch {next(_counter)}: {title}>"
     remember(filename, source)
     exec(compile(source, filename, "exec", dont_inherit=True), scope)
@@ -204,16 +210,13 @@ def _describe(shape: tuple[int, ...] | None) -> str:
     return f"a vector of {shape[0]}" if len(shape) == 1 else f"a {shape[0]}x{shape[1]} matrix"
 
 
-def array_types() -> dict[str, Any]:
-    """Taichi's annotation of a batch of each kind in `KINDS`."""
+def array_type(kind: str) -> Any:
+    """Taichi's annotation of a batch of values of some kind."""
     ti = engine.load()
-    types = {}
-    for kind, (shape, is_int) in KINDS.items():
-        scalar = ti.i32 if is_int else runtime.real()
-        dtype = scalar
-        if len(shape) == 1:
-            dtype = ti.types.vector(shape[0], scalar)
-        elif len(shape) == 2:
-            dtype = ti.types.matrix(*shape, scalar)
-        types[kind] = ti.types.ndarray(dtype=dtype, ndim=1)
-    return types
+    shape, is_int = form(kind)
+    dtype = scalar = ti.i32 if is_int else runtime.real()
+    if len(shape) == 1:
+        dtype = ti.types.vector(shape[0], scalar)
+    elif len(shape) == 2:
+        dtype = ti.types.matrix(*shape, scalar)
+    return ti.types.ndarray(dtype=dtype, ndim=1)

@@ -18,6 +18,9 @@ _REPOSITORY = _PACKAGE.parent.parent
 _SHIPPED = _PACKAGE / "_shipped"
 _PRIVATE = "muslin-cache-"
 
+#: Environment variable that names an instructor's own folder of assignments.
+COURSE = "MUSLIN_COURSE"
+
 #: Longest path that is shown whole [characters]: the longest most systems know.
 LONGEST_PATH = 4096
 
@@ -32,6 +35,43 @@ def root() -> Path:
     return _REPOSITORY if in_repository() else _SHIPPED
 
 
+def course() -> Path | None:
+    """An instructor's own folder, laid out as the checkout is; the environment variable `MUSLIN_COURSE` names it."""
+    named = os.environ.get(COURSE)
+    return Path(named).resolve() if named else None
+
+
+def home(assignment: str) -> Path:
+    """Folder that holds an assignment: the instructor's own where it does, else Muslin's."""
+    own = course()
+    if own is not None and any((own / part / assignment).is_dir() for part in ("solutions", "assignments")):
+        return own
+    return root()
+
+
+def new_home() -> Path:
+    """Folder that new assignments are written to: the instructor's own, else the checkout.
+
+    Raises
+    ------
+    MuslinError
+        If there is neither.
+    """
+    own = course()
+    if own is None and not in_repository():
+        raise MuslinError(
+            "Assignments are written in a checkout of Muslin, or in a folder of your own.",
+            f"Run this in the repository, or set {COURSE} to that folder.",
+        )
+    return own or root()
+
+
+def assignments(part: str = "assignments") -> list[str]:
+    """Names of all assignments that are released, or of those with `solutions`."""
+    homes = dict.fromkeys([*([own] if (own := course()) else []), root()])
+    return sorted({path.parent.name for home in homes for path in (home / part).glob("*/assignment.toml")})
+
+
 def meshes() -> Path:
     """Folder of the meshes Muslin ships."""
     return root() / "data" / "meshes"
@@ -39,28 +79,43 @@ def meshes() -> Path:
 
 def reference(assignment: str) -> Path:
     """Folder of an assignment's public reference data."""
-    return root() / "data" / "reference" / assignment
+    return home(assignment) / "data" / "reference" / assignment
 
 
 def slips(assignment: str) -> Path:
     """Folder of what slips in an assignment's formulas make of its public reference data."""
-    return root() / "data" / "slips" / assignment
+    return home(assignment) / "data" / "slips" / assignment
+
+
+def known(assignment: str) -> Path:
+    """Folder of what known mistakes make of an assignment's public reference data."""
+    return home(assignment) / "data" / "known" / assignment
+
+
+def told(assignment: str) -> Path:
+    """File of right answers that `explain` and `gradcheck` ask for beyond the public cases."""
+    return known(assignment) / "told.npz"
 
 
 def assignment(name: str) -> Path:
     """Folder a student receives for an assignment."""
-    return root() / "assignments" / name
+    return home(name) / "assignments" / name
+
+
+def source(name: str) -> Path:
+    """Folder of an assignment's reference solution, whether there is one or not."""
+    return home(name) / "solutions" / name
 
 
 def solution(name: str) -> Path:
-    """Folder of an assignment's reference solution; it exists only in a checkout.
+    """Folder of an assignment's reference solution; it exists where the assignment is written.
 
     Raises
     ------
     MuslinError
-        If Muslin runs from an installed wheel, which carries no solutions.
+        If it is not here: an installed wheel carries no solutions.
     """
-    folder = _REPOSITORY / "solutions" / name
+    folder = source(name)
     if not folder.is_dir():
         raise MuslinError(
             f"There is no reference solution for {name!r} here: solutions stay in the repository.",
@@ -69,13 +124,41 @@ def solution(name: str) -> Path:
     return folder
 
 
-def generator(name: str) -> Path:
-    """File that says how an assignment's reference cases are drawn and what is true; cloth, built in, has none.
+def misconceptions(assignment: str) -> Path:
+    """Folder of an assignment's suite of right and wrong answers, whether there is one or not."""
+    return home(assignment) / "tests" / "misconceptions" / assignment
 
-    It is written beside the solution; `muslin reference build` puts a copy beside the data.
+
+#: What an assignment's own files are about: what students may read, and what they must not.
+KNOWLEDGE = ("practice", "judge")
+
+
+def knowledge(name: str) -> list[tuple[str, Path]]:
+    """The files in which an assignment says what is known of its tasks, each with the part it belongs to.
+
+    Parts are "practice", "judge", and "reference" for an instructor's one file `reference.py`. What is secret comes
+    last. Beside a solution all of it is there; a wheel carries `practice`, and `judge` only where one grades with it.
     """
-    folder = _REPOSITORY / "solutions" / name if in_repository() else reference(name)
+    where = {part: source(name) / part for part in KNOWLEDGE}
+    if not source(name).is_dir():
+        where = {part: home(name) / part / name for part in KNOWLEDGE}
+    found = [(part, path) for part, folder in where.items() for path in sorted(folder.glob("*.py"))]
+    found = [(part, path) for part, path in found if path.name not in ("roads.py", "reference.py")]
+    return found + [("reference", generator(name))] * generator(name).is_file()
+
+
+def generator(name: str) -> Path:
+    """An instructor's one file on how cases are drawn and what is true: beside the solution."""
+    written = (home(name) / "solutions").is_dir()
+    folder = source(name) if written else home(name) / "judge" / name
     return folder / "reference.py"
+
+
+def secrets() -> list[Path]:
+    """Folders that hold answers, or compute them: of every assignment, wherever it lies."""
+    homes = dict.fromkeys([*([own] if (own := course()) else []), root()])
+    parts = ("solutions", "judge", "practice", "data/reference", "data/slips", "data/known", "tests")
+    return [home / part for home in homes for part in parts]
 
 
 def shown(path: Path | str) -> str:

@@ -23,13 +23,13 @@ from muslin import batch
 import numpy as np
 PUBLIC
 def wrong(function, **arrays):
-    from muslin.tasks import KINDS
+    from muslin.tasks import form
     n = len(next(iter(arrays.values())))
     answers = [np.frombuffer(bytes.fromhex(a), t).reshape(s) for a, t, s in known[function.task.name]]
     if len(answers[0]) == n:
         return tuple(answers)
     kept.append(arrays)
-    shapes = [KINDS[value.kind] for value in function.task.results]
+    shapes = [form(value.kind) for value in function.task.results]
     return tuple(np.full((n, *s), 3, np.int32 if i else np.float64) for s, i in shapes)
 kept = []
 batch.evaluate = wrong

@@ -22,7 +22,7 @@ for path in PATHS:
         except OSError:
             pass
 for name in ("muslin.elements.native", "muslin.elements.student", "muslin.authoring.reference_data",
-             "muslin.grading.properties", "muslin.grading.checks", "solutions.cloth.collision"):
+             "muslin.judging.properties", "muslin.grading.checks", "solutions.cloth.collision"):
     try:
         __import__(name)
         seen.append(name)

@@ -89,7 +89,7 @@ def _filled(kinds: list[str], number: str) -> str:
     """Source of a value of each kind with this number everywhere."""
 
     def filled(kind: str) -> str:
-        shape, integer = tasks.KINDS[kind]
+        shape, integer = tasks.form(kind)
         if integer:
             return "0"
         row = f"[{', '.join([number] * (shape[0] if shape else 1))}]"

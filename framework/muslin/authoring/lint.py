@@ -82,7 +82,7 @@ def lint(name: str, thorough: bool = False) -> list[Finding]:
     MuslinError
         If there is no such assignment, or no solutions here.
     """
-    every = sorted(path.parent.name for path in (paths.root() / "solutions").glob(f"*/{MANIFEST}"))
+    every = paths.assignments("solutions")
     if every and name not in every:
         raise MuslinError(f"There is no assignment {name!r} in solutions/.", f"There is: {', '.join(every)}.")
     source = paths.solution(name)
@@ -260,7 +260,7 @@ def given_away(name: str) -> Iterator[Finding]:
         yield Finding(where, what, "students get this file: say it otherwise, or keep it elsewhere")
     inside_solutions = (paths.root() / "solutions").resolve()
     for path in held.values():
-        if path.resolve().is_relative_to(inside_solutions):
+        if path.resolve().is_relative_to(inside_solutions) and path.parent.name != "practice":
             yield Finding("pyproject.toml", f"the wheel holds {paths.shown(path)}", "solutions stay here")
     yield from _hidden(held)
 
@@ -384,7 +384,7 @@ def _variants(subject: Subject) -> Iterator[Finding]:
 
 
 def _suite_file(subject: Subject, task: str) -> Path:
-    return paths.root() / "tests" / "misconceptions" / subject.name / f"{task}.py"
+    return paths.misconceptions(subject.name) / f"{task}.py"
 
 
 def _suite() -> ModuleType:

@@ -53,18 +53,23 @@ def run(function: Any, cases: Sequence[Mapping[str, Any]], task: tasks.Task) -> 
         try:
             out = function(**case)
         except (ZeroDivisionError, np.linalg.LinAlgError, OverflowError):
-            rows.append(tuple(np.full(tasks.KINDS[v.kind][0], np.nan) for v in task.results))
+            rows.append(tuple(np.full(v.shape, np.nan) for v in task.results))
             continue
         except Exception:
             return None
         out = out if isinstance(out, tuple) else (out,)
         arrays = tuple(np.asarray(o) for o in out)
-        if [a.shape for a in arrays] != [tuple(tasks.KINDS[v.kind][0]) for v in task.results]:
+        if [a.shape for a in arrays] != [v.shape for v in task.results]:
             return None
         if any(a.dtype.kind not in "ifb" for a in arrays):
             return None
         rows.append(tuple(a.astype(float) for a in arrays))
     return [np.stack(column) for column in zip(*rows, strict=True)]
+
+
+def written_down(assignment: str) -> bool:
+    """Whether an assignment writes roads down, from which slips are made."""
+    return (paths.source(assignment) / ROADS).is_file()
 
 
 def roads(assignment: str) -> dict[str, list[tuple[ast.FunctionDef, list[str]]]]:
@@ -75,7 +80,7 @@ def roads(assignment: str) -> dict[str, list[tuple[ast.FunctionDef, list[str]]]]
     MuslinError
         If the assignment has none.
     """
-    path = paths.root() / "solutions" / assignment / ROADS
+    path = paths.source(assignment) / ROADS
     if not path.is_file():
         raise MuslinError(f"There are no ways to write the functions of {assignment}: {paths.shown(path)}.")
     text = path.read_text(encoding="utf-8")

@@ -31,7 +31,7 @@ from pathlib import Path
 from muslin import paths, syntax
 from muslin.authoring.page import PAGE, origin, page
 from muslin.errors import MuslinError
-from muslin.tasks import KINDS, MANIFEST, Assignment, Task, Value, read_assignment
+from muslin.tasks import MANIFEST, Assignment, Task, Value, read_assignment
 
 HANDOUT = "README.md"
 PICTURES = "pictures"
@@ -141,6 +141,7 @@ def rendered(source: Path) -> dict[str, bytes]:
     """
     table = read_assignment(source)
     texts = {file: _stubs(source / file, table) for file in table.files}
+    texts |= {task.builder: _read(source / task.builder) for task in table.tasks.values() if task.builder}
     texts[MANIFEST] = _without_regions(_read(source / MANIFEST), source / MANIFEST)
     pictures = {
         f"{PICTURES}/{path.name}": path.read_bytes()
@@ -368,7 +369,9 @@ def _signature(task: Task) -> str:
 
 
 def _row(label: str, value: Value) -> str:
-    shape, is_int = KINDS[value.kind]
+    if value.is_function:
+        return f"| {label} | function | {value.unit} | {value.meaning} |"
+    shape, is_int = value.shape, value.integer
     size = "×".join(map(str, shape)) + f" (`{value.kind}`)" if shape else "number"
     unit = value.unit.replace("^2", "²").replace("^3", "³")
     return f"| {label} | {'integer' if is_int else size} | {unit} | {value.meaning} |"

@@ -16,7 +16,7 @@ from importlib import resources
 from pathlib import Path
 
 from muslin import paths, tasks
-from muslin.authoring import reference_data
+from muslin.authoring import mistakes, reference_data
 from muslin.authoring import release as releasing
 from muslin.errors import MuslinError
 from muslin.tasks import MANIFEST, Assignment
@@ -42,15 +42,24 @@ def new_assignment(name: str, task: str = "example") -> list[Path]:
     MuslinError
         If the name cannot be used or is taken.
     """
-    _require_checkout()
+    place = paths.new_home()
     if not re.fullmatch(r"[a-z][a-z0-9_-]*", name):
         raise MuslinError(
             f"{name!r} cannot be the name of an assignment.", "Use small letters, digits and -."
         )
-    source = paths.root() / "solutions" / name
-    taken = [folder for folder in (source, paths.assignment(name), paths.reference(name)) if folder.exists()]
-    if taken:
+    parts = (paths.source(name), paths.assignment(name), paths.reference(name), place / "solutions" / name)
+    if taken := [folder for folder in parts if folder.exists()]:
         raise MuslinError(f"There already is {paths.shown(taken[0])}.", "Choose another name.")
+    source = place / "solutions" / name
+    source.mkdir(parents=True)  # so that all else finds its place beside it
+    try:
+        return _begun(name, task, source)
+    finally:
+        if source.is_dir() and not any(source.iterdir()):
+            source.rmdir()
+
+
+def _begun(name: str, task: str, source: Path) -> list[Path]:
     names = {"assignment": name}
     begun = {source / MANIFEST: _filled("assignment.toml", names)}
     begun[source / releasing.HANDOUT] = _filled("handout.md", names)
@@ -82,8 +91,8 @@ def new_task(
     MuslinError
         If the name cannot be used or is taken, or there is no such assignment.
     """
-    _require_checkout()
-    source = paths.root() / "solutions" / assignment
+    paths.new_home()
+    source = paths.source(assignment)
     if not (source / MANIFEST).is_file():
         tasks.assignment(assignment)  # says which there are
     texts = {
@@ -105,9 +114,9 @@ def _write(
     file = file or f"{task}.py"
     section = section or _next_section([entry.section for entry in known.values()])
     _require_names(task, file, section, list(known))
-    source = paths.root() / "solutions" / assignment
+    source = paths.source(assignment)
     names = {"assignment": assignment, "task": task, "file": file, "section": section}
-    suite = paths.root() / "tests" / "misconceptions" / assignment / f"{task}.py"
+    suite = paths.misconceptions(assignment) / f"{task}.py"
     if suite.exists():
         raise MuslinError(f"There already is {paths.shown(suite)}.", "Choose another name.")
     written = dict(texts)
@@ -121,7 +130,9 @@ def _write(
         begun = path.read_text(encoding="utf-8") if path.is_file() else _filled(begin, names)
         written[path] = begun.rstrip("\n") + "\n" + _filled(more, names)
     written[suite] = _filled("misconceptions.py.template", names)
-    folders = (source, paths.assignment(assignment), paths.reference(assignment), suite.parent)
+    folders = (
+        source, paths.assignment(assignment), paths.reference(assignment), paths.known(assignment), suite.parent,
+    )  # fmt: skip
     before = {folder: _contents(folder) for folder in folders}
     try:
         for path, text in written.items():
@@ -129,6 +140,7 @@ def _write(
             path.write_text(text, encoding="utf-8")
         releasing.release(assignment)
         reference_data.build(assignment, only=[task] if known else ())
+        list(mistakes.build(assignment, [task]))
     except BaseException:
         for folder, contents in before.items():
             _restore(folder, contents)
@@ -185,11 +197,6 @@ def _require_names(task: str, file: str, section: str, known: list[str]) -> None
         raise MuslinError(f"{file!r} cannot be a file of tasks.", "Name it like kinetic_energy.py.")
     if not re.fullmatch(r"[A-Za-z]\w*", section):
         raise MuslinError(f"{section!r} cannot be a section.", "Name it like S3.")
-
-
-def _require_checkout() -> None:
-    if not paths.in_repository():
-        raise MuslinError("Assignments are written in a checkout of Muslin.", "Run this in the repository.")
 
 
 def _filled(template: str, names: Mapping[str, str]) -> str:

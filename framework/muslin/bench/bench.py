@@ -164,7 +164,7 @@ def _tell_everyday(folder: Path, yard: float, record: Record, say: Say) -> None:
     names = [(f"{quality} picture, 1280x720", taken) for quality, taken in waits]
     checked = everyday.check()
     if checked is not None:
-        names.append((f"muslin check {everyday.CHECKED}, warm", checked))
+        names.append((f"muslin check {everyday.checked()}, warm", checked))
     for name, taken in names:
         wall, cpu = np.median(taken, axis=0)
         say(f"  {name:28} {wall:8.1f} wall (least {taken[:, 0].min():.1f}), {cpu:8.1f} CPU")

@@ -111,13 +111,14 @@ def edition(assignment: str) -> str:
             task.name,
             task.file,
             task.points,
-            *((value.name, value.kind) for value in (*task.arguments, *task.results)),
+            *((value.name, value.kind) for value in (*task.inputs, *task.results)),
         )
         for task in table.tasks.values()
     ]
     grading = {**vars(table.grading), "credit": sorted(table.grading.credit.items())}
     digest = hashlib.sha256(repr((muslin.__version__, tested, sorted(grading.items()))).encode())
-    for file in sorted({*paths.reference(assignment).rglob("*"), paths.generator(assignment)}):
+    known = (path for _, path in paths.knowledge(assignment))
+    for file in sorted({*paths.reference(assignment).rglob("*"), *known}):
         if file.is_file():
             digest.update(file.name.encode() + file.read_bytes())
     return f"{table.name} {digest.hexdigest()[:16]}"

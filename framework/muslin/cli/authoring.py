@@ -64,9 +64,8 @@ def lint(
 ) -> None:
     """Look an assignment over: what is missing or wrong, one line each."""
     from muslin.authoring import lint as linting
-    from muslin.tasks import MANIFEST
 
-    every = sorted(path.parent.name for path in (paths.root() / "solutions").glob(f"*/{MANIFEST}"))
+    every = paths.assignments("solutions")
     findings = []
     for name in [assignment] if assignment else every:
         found = linting.lint(name, thorough)
@@ -160,6 +159,18 @@ def reference_slips(
         say(f"Wrote {paths.shown(path)}.")
 
 
+@reference_app.command("mistakes")
+def reference_mistakes(
+    assignment: Annotated[str, typer.Argument(help="An assignment.")] = "cloth",
+    tasks: Annotated[list[str] | None, typer.Option("--task", help="A task. Default: all.")] = None,
+) -> None:
+    """Make again what known mistakes make of the public cases, and what explain and gradcheck ask for; a minute."""
+    from muslin.authoring import mistakes
+
+    for written in mistakes.build(assignment, tasks or ()):
+        say(f"Wrote {written}.")
+
+
 @reference_app.command("build")
 def reference_build(
     assignment: Annotated[str, typer.Argument(help="An assignment.")] = "cloth",
@@ -172,7 +183,7 @@ def reference_build(
     ] = False,
 ) -> None:
     """Make reference data from the energy alone, by high-precision differentiation."""
-    from muslin.authoring import reference_data
+    from muslin.authoring import mutations, reference_data
 
     options: dict[str, Any] = {"hidden": hidden}
     if seed is not None:
@@ -181,8 +192,10 @@ def reference_build(
         options["cases"] = cases
     folder = reference_data.build(assignment, out, **options)
     say(f"Wrote {paths.shown(folder)}.")
-    if out is None and not hidden and paths.slips(assignment).is_dir():
-        say(f"Now make again what mistakes make of them: muslin reference slips {assignment}")
+    if out is None and not hidden:
+        say(f"Now make again what mistakes make of them: muslin reference mistakes {assignment}")
+        if mutations.written_down(assignment):
+            say(f"and what slips make of them: muslin reference slips {assignment}")
     if hidden:
         say(
             "Only you can read it. Keep it out of what students get, and grade with: "

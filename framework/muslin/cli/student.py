@@ -346,11 +346,10 @@ def gradcheck(
 
     workspace = find(functions)
     asked = chosen_tasks(tasks, workspace.table)
-    names = [name for name in asked or workspace.table.tasks if name in v_curves.DERIVATIVES]
+    derivatives = v_curves.derivatives(workspace.table.name)
+    names = [name for name in asked or workspace.table.tasks if name in derivatives]
     if asked and not names:
-        raise MuslinError(
-            f"{', '.join(asked)} is not a derivative.", f"There is: {', '.join(v_curves.DERIVATIVES)}."
-        )
+        raise MuslinError(f"{', '.join(asked)} is not a derivative.", f"There is: {', '.join(derivatives)}.")
     folder = out or workspace.folder / "runs" / "gradcheck"
     wrong = False
     with Worker() as worker:

@@ -15,10 +15,12 @@ from pathlib import Path
 import numpy as np
 
 from muslin import reference
-from muslin.grading import diagnosis, properties
+from muslin.grading import diagnosis
 from muslin.grading.laws import extent
 from muslin.grading.record import ERROR, FAILED, LAYERS, NOT_IMPLEMENTED, PASSED, SKIPPED, Check
+from muslin.judging import Property, judge, properties
 from muslin.tasks import Assignment, Task
+from muslin.tasks.comparing import Terms
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -43,10 +45,11 @@ class Hidden:
 
     inputs: Arrays
     expected: tuple[np.ndarray, ...]
+    terms: Terms = None
 
 
 #: Properties of a task, each with the inputs drawn for it.
-Drawn = Sequence[tuple[properties.Property, Arrays]]
+Drawn = Sequence[tuple[Property, Arrays]]
 
 
 def hidden(table: Assignment, task: str, seed: str, folder: Path | None = None) -> Hidden:
@@ -69,13 +72,13 @@ def hidden(table: Assignment, task: str, seed: str, folder: Path | None = None) 
     from muslin.authoring import reference_data
 
     made = reference_data.make(table.name, task, f"hidden {seed}", table.grading.hidden_cases)
-    inputs = {value.name: made[value.name] for value in table.tasks[task].arguments}
+    inputs = {value.name: made[value.name] for value in table.tasks[task].inputs}
     expected = tuple(made[f"expected_{value.name}"] for value in table.tasks[task].results)
     if folder is not None:
         more, answers = reference.cases(table.name, task, folder)
         inputs = {name: np.concatenate([array, more[name]]) for name, array in inputs.items()}
         expected = tuple(np.concatenate(pair) for pair in zip(expected, answers, strict=True))
-    return Hidden(inputs, expected)
+    return Hidden(inputs, expected, judge(table.name, task).terms)
 
 
 def instructors_cases(table: Assignment, folder: Path | None) -> int:
@@ -159,7 +162,8 @@ def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome) -> None
         verdict.add(_told("form", "form", fault, task, table, outcome.results, expected, inputs))
         return
     verdict.add(Check("form", "form", PASSED, "The shape, type and finiteness of the results are right."))
-    compared = reference.compare(task, outcome.results, expected, inputs)
+    terms = judge(table.name, task.name).terms
+    compared = reference.compare(task, outcome.results, expected, inputs, terms=terms)
     verdict.add(_told("public cases", "public", compared, task, table, outcome.results, expected, inputs))
 
 
@@ -226,7 +230,7 @@ def _category(verdict: Verdict, cases: Hidden | None, outcome: Outcome | None) -
         return FAILED, "It gave no answer on hidden inputs: it raised an error, crashed, or took too long."
     if not all(np.isfinite(array).all() for array in outcome.results):
         return FAILED, "In some hidden cases the result is not finite. Can a division be by zero?"
-    if reference.compare(verdict.task, outcome.results, cases.expected, cases.inputs).ok:
+    if reference.compare(verdict.task, outcome.results, cases.expected, cases.inputs, terms=cases.terms).ok:
         return PASSED, f"{len(cases.expected[0])} hidden cases agree."
     return FAILED, (
         "Wrong values in hidden cases, which are drawn like the public ones. Does the function rely on "

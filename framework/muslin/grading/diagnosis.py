@@ -1,11 +1,10 @@
 """Which mistake does a wrong answer look like?
 
 The arrays that came are compared with what mistakes make of the right ones, the plainest first: the whole
-answer transformed (`TRANSFORMS`), mistakes known from students (`muslin.grading.mistakes`), a factor made of
-the sizes of the inputs (`_sized`), the right answer to changed inputs (`changes`); then the same in a part of
-the answer (`parts`) or in some of the cases (`conditions`); at last what one slip in a right formula makes of the
-public cases (`muslin.grading.slips`). No solution is needed: right answers come from the reference data and, for
-changed inputs, from `muslin.authoring.truth`; the slips are data.
+answer transformed (`TRANSFORMS`), mistakes known from students (`muslin.grading.known`), a factor made of
+the sizes of the inputs (`_sized`), the right answer to changed inputs; then the same in a part of the answer (`parts`)
+or in some of the cases (`conditions`); at last what one slip in a right formula makes of the public cases
+(`muslin.grading.slips`). Neither a solution nor the truth is needed: what mistakes make of the cases is data.
 
 Runs in the grader's parent process, on plain arrays.
 """
@@ -15,24 +14,22 @@ from __future__ import annotations
 import itertools
 import warnings
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
-from muslin.authoring import truth as tr
-from muslin.errors import MuslinError
 from muslin.grading import slips
-from muslin.grading.mistakes import KNOWN, SAID, Case, Mistake, norm, transposed, unit
+from muslin.grading.known import CHANGE, MISTAKE, Known, load
 from muslin.grading.slips import Slips
+from muslin.judging import judge
+from muslin.judging.arrays import lengths as norm
+from muslin.judging.arrays import transposed, unit
 from muslin.reference import TOLERANCE, natural_scale
 from muslin.tasks import Task
 
 Arrays = Mapping[str, np.ndarray]
-
-#: What is raised where there is no right answer to changed inputs.
-UNANSWERABLE = (ArithmeticError, ValueError, MuslinError)
 
 
 @dataclass(frozen=True)
@@ -73,7 +70,7 @@ def diagnose(
     inputs : dict of ndarray, (b, ...)
         The public cases.
     assignment : str
-        Which assignment; mistakes of single tasks are known for "cloth" only.
+        Which assignment.
 
     Returns
     -------
@@ -98,6 +95,7 @@ def _diagnose(
     if [np.shape(a) for a in got] != [np.shape(b) for b in expected]:
         return None
     # Integers last: so few values agree by chance with almost anything.
+    known = _of(assignment, task.name, len(expected), len(expected[0]))
     order = sorted(range(len(expected)), key=lambda k: expected[k].dtype.kind == "i")
     found: list[Diagnosis] = []
     for k in order:
@@ -107,12 +105,12 @@ def _diagnose(
             got=np.asarray(got[k], dtype=np.float64),
             right=np.asarray(expected[k], dtype=np.float64),
             inputs=inputs,
-            scale=natural_scale(task.name, expected[k], inputs, k),
+            scale=natural_scale(judge(assignment, task.name).terms, expected[k], inputs, k),
             entries=np.ones(expected[k].shape[1:], dtype=bool),
-            known=KNOWN.get(task.name, ()) if assignment == "cloth" else (),
+            known=known,
             slips=_slips(assignment, task.name, len(expected[k])),
         )
-        found += [_said(task, d) if assignment == "cloth" else d for d in _all(question)]
+        found += [_said(known, d) for d in _all(question)]
     return _joined(found)
 
 
@@ -120,6 +118,14 @@ def _slips(assignment: str, task: str, cases: int) -> Slips | None:
     """The slips of a task, if they were made of these cases."""
     found = slips.load(assignment, task)
     return found if found is not None and found.prints.shape[2] == cases else None
+
+
+def _of(assignment: str, task: str, results: int, cases: int) -> Known:
+    """What is known of a task's mistakes, if these are its public cases."""
+    found = load(assignment, task, results)
+    counts = {len(e.made) for entries in found.entries for e in entries}
+    counts |= {len(holds) for _, holds in found.conditions}
+    return found if counts <= {cases} else replace(found, entries=(), conditions=())
 
 
 def _all(question: Question) -> Iterator[Diagnosis]:
@@ -166,12 +172,10 @@ class Question:
         What errors are measured against.
     entries : ndarray of bool, (...)
         Which entries of the answer are asked about.
-    known : tuple of Mistake
-        Mistakes known from students.
+    known : Known
+        What mistakes known from students make of the cases.
     slips : Slips, optional
         What one slip in a right formula makes of the public cases.
-    told : dict
-        Truths that have been asked for already.
     """
 
     task: Task
@@ -181,9 +185,8 @@ class Question:
     inputs: Arrays
     scale: np.ndarray
     entries: np.ndarray
-    known: tuple[Mistake, ...]
+    known: Known
     slips: Slips | None = None
-    told: dict[bytes, np.ndarray] = field(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -214,15 +217,8 @@ class Question:
         picked = {name: array[cases] for name, array in self.inputs.items()}
         got, right, scale = (array[cases] for array in (self.got, self.right, self.scale))
         slipped = self.slips.at(cases) if self.slips is not None else None
-        return replace(self, got=got, right=right, inputs=picked, scale=scale, slips=slipped)
-
-    def truth(self, **changed: np.ndarray) -> np.ndarray:
-        """The right answer to changed inputs."""
-        inputs = {**self.inputs, **changed}
-        key = b"".join(inputs[value.name].tobytes() for value in self.task.arguments)
-        if key not in self.told:
-            self.told[key] = tr.truth(self.task.name, inputs)[self.index].astype(np.float64)
-        return self.told[key]
+        known = self.known.at(cases)
+        return replace(self, got=got, right=right, inputs=picked, scale=scale, slips=slipped, known=known)
 
     def explained(self, candidate: Any, share: float = 0.9) -> bool:
         """Whether a candidate is what came, in nearly all cases and in nearly all of the wrong ones."""
@@ -490,9 +486,9 @@ def _about(question: Question, cause: str, of: str = "", words: str = "") -> Dia
     )
 
 
-def _said(task: Task, found: Diagnosis) -> Diagnosis:
+def _said(known: Known, found: Diagnosis) -> Diagnosis:
     """A diagnosis in this task's own words, if there are any."""
-    mistake, advice = SAID.get(task.name, {}).get(found.cause, ("", ""))
+    mistake, advice = known.said.get(found.cause, ("", ""))
     return replace(found, mistake=mistake or found.mistake, advice=advice or found.advice)
 
 
@@ -616,7 +612,7 @@ def _common(factor: np.ndarray | None) -> str | None:
 
 def _sizes(question: Question) -> dict[str, np.ndarray]:
     """Positive numbers the inputs have: scalars, lengths, distances, areas, by name."""
-    arguments, inputs = question.task.arguments, question.inputs
+    arguments, inputs = question.task.inputs, question.inputs
     sizes = {v.name: inputs[v.name] for v in arguments if v.kind == "scalar"}
     vectors = {v.name: inputs[v.name] for v in arguments if v.kind == "vec3"}
     points = {v.name: inputs[v.name] for v in arguments if v.kind == "vec3" and v.unit == "m"}
@@ -697,7 +693,7 @@ def _sized(question: Question) -> Diagnosis | None:
 def _told_fit(question: Question, fit: Fit) -> Diagnosis:
     """A fit in words: what is missing or comes in too often, and the number that remains."""
     also = f", scaled:{fit.number}" if fit.number != "1" else ""
-    scalars = {value.name for value in question.task.arguments if value.kind == "scalar"}
+    scalars = {value.name for value in question.task.inputs if value.kind == "scalar"}
     plain = all(name in scalars and p == -1 for name, p in fit.powers)
     words = "missing factor" if fit.head == "missing" and not plain else fit.head
     told = _about(question, f"{fit.head}:{','.join(fit.names)}{also}", " and ".join(fit.names), words)
@@ -715,74 +711,11 @@ def _factor(question: Question) -> Diagnosis | None:
 # --- changed inputs ----------------------------------------------------------------------------------------
 
 
-def changes(task: Task, inputs: Arrays) -> Iterator[tuple[str, str, str, dict[str, np.ndarray]]]:
-    """Inputs a student may have used for the right ones: (cause, head of its words, of what, changed inputs)."""
-    kinds: dict[str, list[str]] = {}
-    for value in task.arguments:
-        kinds.setdefault(value.kind, []).append(value.name)
-    scalars, integers = kinds.get("scalar", []), kinds.get("int", [])
-    vectors = kinds.get("vec3", [])
-    matrices = kinds.get("mat3", [])
-    points = [v.name for v in task.arguments if v.kind == "vec3" and v.unit == "m"]
-
-    for names in kinds.values():
-        for a, b in itertools.combinations(names, 2):
-            yield f"swapped:{a},{b}", "swapped", f"{a} and {b}", {a: inputs[b], b: inputs[a]}
-    for name in matrices:
-        yield f"transposed:{name}", "transposed argument", name, {name: transposed(inputs[name])}
-    for name in [*vectors, *matrices, *scalars]:
-        yield f"missing:{name}", "missing", name, {name: np.zeros_like(inputs[name])}
-    for name in matrices:
-        yield f"missing:{name}", "missing", name, {name: np.broadcast_to(np.eye(3), inputs[name].shape)}
-    for name in [*vectors, *matrices, *scalars]:
-        yield f"negated:{name}", "negated argument", name, {name: -inputs[name]}
-    for a, b in itertools.combinations([*vectors, *matrices], 2):
-        zeros = {name: np.zeros_like(inputs[name]) for name in (a, b)}
-        yield f"missing:{a},{b}", "missing", f"{a} and {b}", zeros
-    for a, b in itertools.combinations(matrices, 2):
-        both = {name: transposed(inputs[name]) for name in (a, b)}
-        yield f"transposed:{a},{b}", "transposed argument", f"{a} and {b}", both
-    for name in [*scalars, *vectors, *matrices]:
-        yield f"doubled:{name}", "doubled", name, {name: inputs[name] * 2}
-        yield f"halved:{name}", "halved", name, {name: inputs[name] / 2}
-    for name in [*scalars, *vectors]:
-        yield f"squared:{name}", "squared argument", name, {name: inputs[name] ** 2}
-    for name in vectors:
-        yield f"normalised:{name}", "normalised argument", name, {name: unit(inputs[name])}
-    for name in integers:
-        for k in (1, 2):
-            yield f"shifted:{name}", "shifted", name, {name: (inputs[name] + k) % 3}
-        for k in range(3):
-            yield f"ignored:{name}", "ignored", name, {name: np.full_like(inputs[name], k)}
-    for name in matrices:
-        yield f"diagonal:{name}", "diagonal argument", name, {name: inputs[name] * np.eye(3)}
-    if len(points) > 2:
-        flat = {name: inputs[name] * np.array([1.0, 1.0, 0.0]) for name in points}
-        yield "in a plane", "in a plane", "", flat
-    for names in (vectors, points):
-        if len(names) > 2:
-            rolled = dict(zip(names, [inputs[n] for n in (*names[1:], names[0])], strict=True))
-            yield f"rolled:{','.join(names)}", "rolled", ", ".join(names), rolled
-    for name in vectors:
-        for k in range(3):
-            cut = inputs[name] * (np.arange(3) != k)
-            yield f"missing:{name}[{k}]", "missing", f"component {k} of {name}", {name: cut}
-    for name in vectors:
-        for p in _permutations(3):
-            yield f"permuted:{name}", "permuted argument", name, {name: inputs[name][:, p]}
-
-
 def _changed(question: Question) -> Diagnosis | None:
-    wrong = np.flatnonzero(question.wrong)
-    probes = [question.at(wrong[[k]]) for k in (0, len(wrong) // 2)]  # most changes fail on the first case
-    asked = [*probes, question]
-    for tries in zip(*(changes(question.task, q.inputs) for q in asked), strict=True):
-        cause, head, of, _ = tries[0]
-        try:
-            if all(q.explained(q.truth(**change[-1])) for q, change in zip(asked, tries, strict=True)):
-                return _about(question, cause, of, head)
-        except UNANSWERABLE:  # no right answer to these inputs
-            continue
+    """The right answer to changed inputs."""
+    for entry in question.known.of(question.index, CHANGE):
+        if question.explained(entry.made):
+            return _about(question, entry.cause, entry.of, entry.head)
     return None
 
 
@@ -791,28 +724,16 @@ def _changed(question: Question) -> Diagnosis | None:
 
 def conditions(question: Question) -> Iterator[tuple[str, Any]]:
     """Natural conditions on a case, by which right and wrong ones may be told apart: (words, (b,) of bool)."""
+    yield from question.known.conditions
     a = question.inputs
     kinds: dict[str, list[str]] = {}
-    for value in question.task.arguments:
+    for value in question.task.inputs:
         kinds.setdefault(value.kind, []).append(value.name)
     for p, q in itertools.combinations(kinds.get("int", []), 2):
         yield f"{p} = {q}", a[p] == a[q]
     for name in kinds.get("int", []):
         for k in range(3):
             yield f"{name} = {k}", a[name] == k
-    if "s" in a:
-        s0, s1, s2 = a["s"].T
-        yield "s_0 = s_1", s0 == s1
-        yield "s_2 is not 1", s2 != 1
-        yield "the cloth is at rest", (s0 == 1) & (s1 == 1)
-        yield "s_0 or s_1 is 1", (s0 == 1) | (s1 == 1)
-        yield "s_0 = 1", s0 == 1
-        yield "s_1 = 1", s1 == 1
-        yield "s_0 < 1", s0 < 1
-        yield "s_1 < 1", s1 < 1
-        yield "s_0 + s_1 < 2", s0 + s1 < 2
-        yield "s_0 s_1 < 1", s0 * s1 < 1
-        yield "s_1 <= 1", s1 <= 1
     vectors = kinds.get("vec3", [])
     for name in vectors:
         yield f"{name} = 0", ~a[name].any(axis=1)
@@ -829,19 +750,10 @@ def conditions(question: Question) -> Iterator[tuple[str, Any]]:
             yield f"|{p} - {q}| <= {name}", distance <= a[name]
     for name in kinds.get("scalar", []):
         yield f"{name} < 1", a[name] < 1
-    if {"X", "X0", "X1", "X2"} <= set(a):
-        m = np.cross(a["X1"] - a["X0"], a["X2"] - a["X0"])
-        offset = np.abs(np.sum(m * (a["X"] - a["X0"]), axis=1)) / np.sum(m * m, axis=1) ** 0.75
-        yield "X lies off the triangle's plane", offset > 1e-6
-    if "phi" in a:
-        yield "phi is negative somewhere", (a["phi"] < 0).any(axis=1)
-        yield "the point is a vertex", (a["phi"] == 1).any(axis=1)
     for name in kinds.get("mat3", []):
         yield f"{name} is not symmetric", norm(a[name] - transposed(a[name])) > 1e-9 * norm(a[name])
         yield f"{name} is not a rotation", norm(a[name] @ transposed(a[name]) - np.eye(3)) > 1e-9
         yield f"det {name} < 0", np.linalg.det(a[name]) < 0
-    if "dpsi_ds" in a:
-        yield "dpsi_ds is negative somewhere", (a["dpsi_ds"] < 0).any(axis=1)
     flat = question.right.reshape(len(question.right), -1)
     yield "the right answer is negative somewhere", (flat < 0).any(axis=1)
 
@@ -977,15 +889,9 @@ def _digits(question: Question) -> Diagnosis | None:
 
 
 def _known(question: Question) -> Diagnosis | None:
-    for mistake in question.known:
-        if mistake.result == question.index:
-            try:
-                made = mistake.makes(Case(question.right, question.truth, question.inputs))
-            except UNANSWERABLE:  # no right answer to the inputs it needs
-                continue
-            for candidate in made if isinstance(made, tuple) else (made,):
-                if question.explained(candidate):
-                    return Diagnosis(mistake.cause, mistake.mistake, mistake.advice)
+    for entry in question.known.of(question.index, MISTAKE):
+        if question.explained(entry.made):
+            return Diagnosis(entry.cause, entry.mistake, entry.advice)
     return None
 
 

@@ -18,7 +18,7 @@ from muslin.grading.kernels import sound
 from muslin.grading.patience import Patience
 from muslin.grading.sandbox import Crashed, Sandbox, Worker
 from muslin.grading.submission import Handed
-from muslin.tasks import KINDS, MANIFEST, Assignment, Task
+from muslin.tasks import MANIFEST, Assignment, Task
 
 #: Compiled kernels, by name of the file.
 Kernels = Mapping[str, np.ndarray]
@@ -140,9 +140,9 @@ class Part:
 
 def _forms(task: Task, samples: int) -> dict[str, wire.Form]:
     """Type and shape of every result of a task."""
-    kinds = (KINDS[value.kind] for value in task.results)
     return {
-        str(k): ("<i4" if integer else "<f8", (samples, *shape)) for k, (shape, integer) in enumerate(kinds)
+        str(k): ("<i4" if value.integer else "<f8", (samples, *value.shape))
+        for k, value in enumerate(task.results)
     }
 
 
@@ -155,8 +155,9 @@ def load(
     allowed: float,
 ) -> tuple[dict[str, list[str]], dict[str, list[str]], Outcome | None]:
     """Load task files into a worker: what is wrong with which function, what is noticed in it, or why it failed."""
-    manifest = paths.assignment(table.name) / MANIFEST
-    contents = {MANIFEST: manifest.read_bytes(), **files}
+    given = paths.assignment(table.name)
+    builders = {task.builder for task in table.tasks.values() if task.builder}
+    contents = {**files, **{name: (given / name).read_bytes() for name in (MANIFEST, *builders)}}
     arrays = {name: np.frombuffer(data, dtype=np.uint8) for name, data in contents.items()}
     header, _, trouble = ask(worker, {"do": "load"}, {**kernels, **arrays}, patience, allowed, {})
     if trouble is not None:

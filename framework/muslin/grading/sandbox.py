@@ -506,14 +506,5 @@ def _hideable(secret: Path, view: Sequence[Path]) -> Iterator[Path]:
 
 
 def _answers(package: Path) -> list[Path]:
-    """Where answers can be read off or computed: solutions, reference data, the code that makes them."""
-    judging = ("diagnosis", "mistakes", "properties", "checks")
-    compiled = (package / "grading" / "__pycache__").glob("*.pyc")
-    return [
-        paths.root() / "solutions",
-        paths.root() / "data" / "reference",
-        paths.root() / "tests",
-        package / "authoring",
-        *(package / "grading" / f"{name}.py" for name in judging),
-        *(path for path in compiled if path.name.split(".")[0] in judging),
-    ]
+    """Where answers can be read off or computed: what assignments say of themselves, and the code that makes data."""
+    return [*paths.secrets(), package / "authoring", package / "judging"]

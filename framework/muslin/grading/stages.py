@@ -25,7 +25,7 @@ import numpy as np
 
 from muslin import reference
 from muslin.errors import MuslinError
-from muslin.grading import checks, parts, properties, simulating
+from muslin.grading import checks, laws, parts, simulating
 from muslin.grading.checks import Hidden, Outcome, Verdict
 from muslin.grading.kernels import Store
 from muslin.grading.parts import Part
@@ -33,6 +33,7 @@ from muslin.grading.patience import Patience
 from muslin.grading.record import PASSED, Check, Simulation
 from muslin.grading.sandbox import Sandbox
 from muslin.grading.submission import Handed
+from muslin.judging import properties
 from muslin.tasks import Assignment, Task
 
 #: Called as (done, total, what) while grading goes on.
@@ -117,19 +118,17 @@ class Stages:
     def laws(self) -> tuple[Check, ...]:
         """The laws of mechanics, held against the functions that are right so far."""
         home = self._home()
-        in_trouble: dict[str, simulating.Trouble] = {}
+        in_trouble: dict[str, laws.Trouble] = {}
 
         def ask(task: str, inputs: Inputs) -> tuple[np.ndarray, ...]:
             if task not in in_trouble:
                 outcome = home[task].ask(self._table.tasks[task], inputs)
                 if not outcome.kind:
                     return outcome.results
-                in_trouble[task] = simulating.Trouble(f"{task}: {outcome.text}")
+                in_trouble[task] = laws.Trouble(f"{task}: {outcome.text}")
             raise in_trouble[task]
 
-        if simulating.reference(self._table.name) is None:
-            return ()
-        return simulating.obeyed(ask, self._usable())
+        return laws.obeyed(self._table.name, ask, self._usable())
 
     def rest(self) -> None:
         """Keep what the workers have compiled, for those to come and for the next grading, and end or stop them."""
@@ -170,15 +169,17 @@ class Stages:
         finally:
             worker.close()
 
-    def judge(self, laws: tuple[Check, ...], run: Run) -> Simulation:
+    def judge(self, obeyed: tuple[Check, ...], run: Run) -> Simulation:
         """The functions together: the laws they obey, and how their run follows the reference."""
         self._tick("simulation")
         expected = simulating.reference(self._table.name)
-        if expected is None:
+        if expected is None and not obeyed:
             return simulating.skipped("This assignment has no simulation.")
         if not self._usable():
             return simulating.skipped("skipped: none of the functions works yet.")
-        return simulating.judge(laws, *run, expected, self._usable(), self._stand_ins())
+        return simulating.judge(
+            self._table.simulation, obeyed, *run, expected, self._usable(), self._stand_ins()
+        )
 
     def hidden(self, cases: Mapping[str, Hidden]) -> None:
         """The hidden cases, of functions that are right on the public ones; nothing is asked of anyone afterwards."""

@@ -246,7 +246,7 @@ def serve(
     """Say what it is `about`, then answer requests until the grader closes the channel.
 
     "load" takes the manifest and the task files as bytes and tells what is wrong with each task's function;
-    "evaluate" takes a task and its inputs; "simulate" is `muslin.grading.simulating.measure`; "kernels" ends
+    "evaluate" takes a task and its inputs; "simulate" is `muslin.grading.measuring.measure`; "kernels" ends
     Taichi and gives what it has compiled, for the next grading of the same submission.
     """
     import numpy as np
@@ -298,10 +298,10 @@ def serve(
                     if path.is_file()  # Quadrants keeps them in a folder of its own
                 }
             else:
-                from muslin.grading import simulating
+                from muslin.grading import measuring
 
                 assert functions is not None
-                results = simulating.measure(functions, header["stand_ins"])
+                results = measuring.measure(functions, header["stand_ins"])
         except NotImplementedYet as error:
             reply["error"] = ["stub", str(error)]
         except MuslinError as error:

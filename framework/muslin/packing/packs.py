@@ -145,7 +145,7 @@ def _files(platform: str, assignment: str) -> dict[str, bytes]:
             files[place.replace("@assignment@", assignment)] = text.encode()
     shared = layout.places["."].replace("@assignment@", assignment)
     with tempfile.TemporaryDirectory() as scratch:
-        built = wheel.build(Path(scratch))
+        built = wheel.build(Path(scratch), judges=True)
         ours = {
             built.name: built.read_bytes(),
             CONSTRAINTS: (paths.root() / PINNED).read_bytes(),

@@ -21,8 +21,13 @@ from muslin.errors import MuslinError
 _LEFT_OUT = ("__pycache__", ".DS_Store")
 
 
-def contents() -> dict[str, Path]:
+def contents(judges: bool = False) -> dict[str, Path]:
     """Every file of the wheel, by its path inside.
+
+    Parameters
+    ----------
+    judges : bool
+        Whether what only graders may know goes in, too: how cases are drawn, and what is true of them.
 
     Raises
     ------
@@ -32,6 +37,9 @@ def contents() -> dict[str, Path]:
     root, target = _checkout(), _project()["tool"]["hatch"]["build"]["targets"]["wheel"]
     sources = {package.rsplit("/", 1)[-1]: root / package for package in target["packages"]}
     sources |= {inside: root / source for source, inside in target["force-include"].items()}
+    if judges:
+        for name in paths.assignments("solutions"):
+            sources |= _of_assignment(name)
     found: dict[str, Path] = {}
     for inside, source in sources.items():
         for path in sorted(source.rglob("*")) if source.is_dir() else [source]:
@@ -40,8 +48,14 @@ def contents() -> dict[str, Path]:
     return found
 
 
-def build(folder: Path) -> Path:
+def build(folder: Path, judges: bool = False) -> Path:
     """Write the wheel.
+
+    Parameters
+    ----------
+    folder : Path
+    judges : bool
+        As for `contents`.
 
     Returns
     -------
@@ -50,7 +64,7 @@ def build(folder: Path) -> Path:
     """
     project = _project()["project"]
     name = f"{project['name']}-{__version__}"
-    files = {inside: path.read_bytes() for inside, path in contents().items()}
+    files = {inside: path.read_bytes() for inside, path in contents(judges).items()}
     files |= {f"{name}.dist-info/{file}": text.encode() for file, text in _about(project).items()}
     record = [f"{inside},sha256={_digest(data)},{len(data)}" for inside, data in files.items()]
     record.append(f"{name}.dist-info/RECORD,,")
@@ -59,6 +73,21 @@ def build(folder: Path) -> Path:
     path = folder / f"{name}-py3-none-any.whl"
     write_zip(path, files)
     return path
+
+
+def _of_assignment(name: str) -> dict[str, Path]:
+    """All that a grader needs of an assignment, wherever it is written, by its path inside."""
+    folders = {
+        "assignments": paths.assignment(name),
+        "data/reference": paths.reference(name),
+        "data/slips": paths.slips(name),
+        "data/known": paths.known(name),
+    }
+    found = {f"muslin/_shipped/{part}/{name}": folder for part, folder in folders.items() if folder.is_dir()}
+    for part, path in paths.knowledge(name):
+        place = "practice" if part == "practice" else "judge"
+        found[f"muslin/_shipped/{place}/{name}/{path.name}"] = path
+    return found
 
 
 def write_zip(path: Path, files: Mapping[str, bytes], programs: tuple[str, ...] = ()) -> None:

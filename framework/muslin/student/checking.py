@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from muslin.errors import MuslinError
+from muslin.judging import judge
 from muslin.student.worker import Crashed, Stopped, Worker
 from muslin.student.workspace import Workspace
 
@@ -95,7 +96,8 @@ def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any) -
     """The public cases."""
     from muslin import reference
 
-    verdict = reference.compare(table.tasks[name], outputs, expected, inputs)
+    terms = judge(table.name, name).terms
+    verdict = reference.compare(table.tasks[name], outputs, expected, inputs, terms=terms)
     if verdict.ok:
         return Report(name, GREEN, verdict.message, verdict.case)
     from muslin.grading.diagnosis import diagnose
@@ -108,7 +110,7 @@ def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any) -
 def _held(table: Any, name: str, function: Any) -> Report | None:
     """What must hold for all inputs, tried on some that are no public cases; the first that does not hold."""
     from muslin.batch import evaluate
-    from muslin.grading import properties
+    from muslin.judging import properties
     from muslin.reference import shown
 
     task = table.tasks[name]
@@ -125,7 +127,7 @@ def _held(table: Any, name: str, function: Any) -> Report | None:
         errors = properties.errors(prop, inputs, results)
         if errors.max(initial=0.0) > prop.tolerance:
             sample = int(errors.argmax())  # of groups of samples: the first of the group
-            lines = shown({value.name: inputs[value.name][sample] for value in task.arguments})
+            lines = shown({value.name: inputs[value.name][sample] for value in task.inputs})
             lines += shown(
                 {value.name: out[sample] for value, out in zip(task.results, results, strict=True)}
             )

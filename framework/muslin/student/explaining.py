@@ -5,98 +5,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from muslin.errors import MuslinError
+from muslin.judging import judge
+from muslin.judging.judge import known
+from muslin.judging.told import Told
 
 Values = Mapping[str, np.ndarray]
-
-
-def _unit_normal(a: Any, b: Any, c: Any) -> Any:
-    m = np.cross(b - a, c - a)
-    return m / np.linalg.norm(m)
-
-
-def _triangle(a: Values, X: str = "X") -> dict[str, Any]:
-    D = np.stack([a[f"{X}1"] - a[f"{X}0"], a[f"{X}2"] - a[f"{X}0"]], axis=1)
-    m = np.cross(D[:, 0], D[:, 1])
-    return {"D": D, "D^T D": D.T @ D, "m": m, "|m|": np.linalg.norm(m)}
-
-
-def _deformed(a: Values) -> dict[str, Any]:
-    m = np.cross(a["x1"] - a["x0"], a["x2"] - a["x0"])
-    return {"m = (x1-x0) x (x2-x0)": m, "|m|": np.linalg.norm(m), "n": m / np.linalg.norm(m)}
-
-
-def _edges(a: Values) -> dict[str, Any]:
-    x, i = [a["x0"], a["x1"], a["x2"]], int(a["i"])
-    n = _unit_normal(*x)
-    return {
-        "edge opposite vertex i": x[(i + 2) % 3] - x[(i + 1) % 3],
-        "I - n n^T": np.eye(3) - np.outer(n, n),
-    }
-
-
-def _svd(F: np.ndarray) -> dict[str, Any]:
-    s = np.linalg.svd(F, compute_uv=False)
-    return {"singular values of F": s, "their squares": s * s, "det F": np.linalg.det(F)}
-
-
-def _stretches(a: Values) -> dict[str, Any]:
-    s = a["s"]
-    return {"s0 - 1": s[0] - 1, "s1 - 1": s[1] - 1, "s0 + s1 - 2": s[0] + s[1] - 2}
-
-
-def _modes(a: Values) -> dict[str, Any]:
-    s, p, H = a["s"], a["dpsi_ds"], a["d2psi_ds2"]
-    return {
-        "s0 - s1": s[0] - s[1], "s0 + s1": s[0] + s[1],
-        "psi_0 - psi_1": p[0] - p[1], "psi_0 + psi_1": p[0] + p[1], "psi_00 - psi_01": H[0, 0] - H[0, 1],
-    }  # fmt: skip
-
-
-#: What lies on the way from the inputs to the result, in the handout's symbols: task -> inputs -> values.
-ON_THE_WAY: Mapping[str, Callable[[Values], dict[str, Any]]] = {
-    "phi": lambda a: _triangle(a) | {"X - X0": a["X"] - a["X0"]},
-    "dphi_dX": _triangle,
-    "deformation_gradient": _deformed,
-    "dn_dx": lambda a: _deformed(a) | _edges(a),
-    "mass_block": lambda a: {"rho h area": a["rho"] * a["h"] * a["area"]},
-    "kinetic_energy": lambda a: {
-        "rho h area": a["rho"] * a["h"] * a["area"],
-        "v0.v0, v1.v1, v2.v2": np.array([a[f"v{k}"] @ a[f"v{k}"] for k in range(3)]),
-        "v0.v1, v1.v2, v2.v0": np.array([a[f"v{k}"] @ a[f"v{(k + 1) % 3}"] for k in range(3)]),
-    },
-    "right_cauchy_green": lambda a: _svd(a["F"]),
-    "psi": _stretches,
-    "dpsi_ds": _stretches,
-    "dpsi_dF": lambda a: {"Psi_s = diag(dpsi_ds)": np.diag(a["dpsi_ds"])},
-    "nodal_force": lambda a: {"P grad_phi": a["P"] @ a["grad_phi"]},
-    "d2psi_dFij": lambda a: {
-        "Psi_s = diag(dpsi_ds)": np.diag(a["dpsi_ds"]),
-        "ds_ij = d2psi_ds2 ds": a["d2psi_ds2"] @ a["ds"],
-    },
-    "eigensystem": _modes,
-    "sphere_contact": lambda a: {"x - c": a["x"] - a["c"], "|x - c|": np.linalg.norm(a["x"] - a["c"])},
-    "filter_velocity": lambda a: {"d = n^T v": a["n"] @ a["v"]},
-}
-
-#: The whole way of one triangle: symbol, task, its arguments by symbol; in the order of the handout.
-CHAIN: tuple[tuple[str, str, Mapping[str, str]], ...] = (
-    ("dphi_dX", "dphi_dX", {"X0": "X0", "X1": "X1", "X2": "X2"}),
-    ("F", "deformation_gradient", {"x0": "x0", "x1": "x1", "x2": "x2", "dphi_dX": "dphi_dX", "N": "N"}),
-    ("C", "right_cauchy_green", {"F": "F"}),
-    ("psi", "psi", {"s": "s", "mu": "mu", "lam": "lam"}),
-    ("dpsi_ds", "dpsi_ds", {"s": "s", "mu": "mu", "lam": "lam"}),
-    ("d2psi_ds2", "d2psi_ds2", {"s": "s", "mu": "mu", "lam": "lam"}),
-    ("P", "dpsi_dF", {"U": "U", "dpsi_ds": "dpsi_ds", "V": "V"}),
-    ("f_0", "nodal_force", {"P": "P", "grad_phi": "grad_phi_0", "area": "area", "h": "h"}),
-    ("modes", "eigensystem", {"s": "s", "dpsi_ds": "dpsi_ds", "d2psi_ds2": "d2psi_ds2"}),
-)
 
 
 def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterator[str]:
@@ -111,7 +31,7 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     from muslin.batch import evaluate
 
     table = tasks.assignment(assignment)
-    task = table.tasks[name]
+    task, own = table.tasks[name], judge(assignment, name)
     functions = tasks.load(folder, table)
     inputs, expected = reference.cases(assignment, name)
     count = len(expected[0])
@@ -124,7 +44,7 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
         got = answer if isinstance(answer, tuple) else (answer,)
     except MuslinError as error:
         trouble = str(error)
-    verdict = reference.compare(task, got, expected, inputs) if got is not None else None
+    verdict = reference.compare(task, got, expected, inputs, terms=own.terms) if got is not None else None
     if case is None:
         case = verdict.case if verdict is not None and verdict.case is not None else 0
 
@@ -132,7 +52,7 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
         """Inputs, results, and all that is known of a case."""
         here = {key: value[k] for key, value in inputs.items()}
         results = {v.name: e[k] for v, e in zip(task.results, expected, strict=True)}
-        return here, results, {**here, **ON_THE_WAY.get(name, lambda a: {})(here)}
+        return here, results, {**here, **(own.steps(here) if own.steps else {})}
 
     here, results, way = known(case)
 
@@ -257,49 +177,78 @@ def _recognised(value: np.ndarray, way: Values) -> list[str]:
 
 
 def _whole(functions: Any, assignment: str, name: str, case: int) -> Iterator[str]:
-    """One triangle from its vertices to the force: every task up to this one, yours and expected."""
-    from muslin import reference
-    from muslin.authoring.truth import truth
+    """The assignment's own example, from its beginning to this task: yours and expected."""
     from muslin.batch import evaluate
 
-    order = [task for _, task, _ in CHAIN]
-    if assignment != "cloth" or name not in order:
+    way = example(assignment, case)
+    if way is None or name not in known(assignment, "example_tasks"):
         return
-    a, _ = reference.cases(assignment, "deformation_gradient")
-    b, _ = reference.cases(assignment, "psi")
-    case = min(case, len(a["N"]) - 1, len(b["mu"]) - 1)
-    gradients = a["dphi_dX"][case]
-    D = np.linalg.pinv(gradients[1:])
-    known: dict[str, Any] = {"X0": np.zeros(3), "X1": D[:, 0], "X2": D[:, 1], "D": D}
-    known |= {key: a[key][case] for key in ("x0", "x1", "x2", "N")}
-    known |= {"mu": b["mu"][case], "lam": b["lam"][case], "h": 1.0}
-    known["area"] = np.linalg.norm(np.cross(D[:, 0], D[:, 1])) / 2
+    title, shown = next(way)
     yield ""
-    yield "One whole triangle, from its vertices on. Each function gets right inputs; what differs is its own."
-    for symbol in ("D", "N"):
-        yield from _titled("", {symbol: known[symbol]})
-    for symbol, task, arguments in CHAIN[: order.index(name) + 1]:
-        if symbol == "C" and "s" not in known:
-            from muslin import given
-
-            U, s, V = (part[0] for part in evaluate(given.svd, F=known["F"], N=known["N"]))
-            known |= {"U": U, "s": s, "V": V}
-            yield from _titled("", {"U (given svd)": U, "s": s, "V": V})
-        values: dict[str, Any] = {key: np.asarray(known[what])[None] for key, what in arguments.items()}
-        right = truth(task, values)[0][0]
-        known[symbol] = right
-        if symbol == "dphi_dX":
-            known["grad_phi_0"] = right[0]
+    yield f"{title} Each function gets right inputs; what differs is its own."
+    told = Told(assignment, f"explain {case}")
+    while True:
+        if isinstance(shown, dict):
+            for symbol, value in shown.items():
+                yield from _titled("", {symbol: value})
+            title, shown = next(way)
+            continue
+        symbol, task = title, shown[0]
+        values = {key: np.asarray(value)[None] for key, value in shown[1].items()}
+        right = told.answer(task, values)[0][0]
         try:
-            mine = evaluate(functions[task], **values)
+            mine = evaluate(functions[task], **dict[str, Any](values))
         except MuslinError:
             yield from _titled("", {f"{symbol} (yours: not yet)": right})
-            continue
-        scale = np.abs(right).max(initial=0.0) or 1.0
-        if np.shape(mine[0]) == np.shape(right) and np.abs(mine[0] - right).max(initial=0.0) <= 1e-8 * scale:
-            yield from _titled("", {f"{symbol} (yours agrees)": right})
         else:
-            yield from _beside(symbol, mine[0], right)
+            yield from _agreeing(symbol, mine[0], right)
+        if task == name:
+            return
+        title, shown = way.send(right)
+
+
+def _agreeing(symbol: str, mine: np.ndarray, right: np.ndarray) -> Iterator[str]:
+    """A result of the student's, if it differs beside the right one."""
+    scale = np.abs(right).max(initial=0.0) or 1.0
+    if np.shape(mine) == np.shape(right) and np.abs(mine - right).max(initial=0.0) <= 1e-8 * scale:
+        yield from _titled("", {f"{symbol} (yours agrees)": right})
+    else:
+        yield from _beside(symbol, mine, right)
+
+
+def example(assignment: str, case: int) -> Any:
+    """The assignment's own example, a generator; None if it has none.
+
+    `example(cases, case)` in `practice/` is given the public inputs of tasks by name, and the number of a case. It
+    yields first its title and values to show, then more of these, or a symbol with a task and its arguments, for
+    which it is sent the right result. `example_tasks` lists those tasks.
+    """
+    from muslin import reference
+
+    made = known(assignment, "example")
+    return made(lambda task: reference.cases(assignment, task)[0], case) if made is not None else None
+
+
+def record(assignment: str) -> dict[str, np.ndarray]:
+    """The right answers that the example asks for in every case, by key."""
+    from muslin import reference, tasks
+
+    found: dict[str, np.ndarray] = {}
+    counts = [len(reference.cases(assignment, name)[1][0]) for name in tasks.assignment(assignment).tasks]
+    for case in range(max(counts)) if known(assignment, "example") is not None else ():
+        told, way = Told(assignment, f"explain {case}", found), example(assignment, case)
+        item = next(way)
+        while item is not None:
+            asked = None
+            if not isinstance(item[1], dict):
+                task, given = item[1]
+                values = {key: np.asarray(value)[None] for key, value in given.items()}
+                asked = told.answer(task, values)[0][0]
+            try:
+                item = way.send(asked)
+            except StopIteration:
+                item = None
+    return found
 
 
 # --- words -------------------------------------------------------------------------------------------------

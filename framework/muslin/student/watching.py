@@ -40,7 +40,7 @@ class Watch:
 
     def __init__(self, workspace: Workspace, say: Callable[[str], Any], scene: str = "drape"):
         self.workspace, self.say, self.scene = workspace, say, scene
-        self.checker = checking.Checker(ready=("muslin.grading.diagnosis", "muslin.grading.properties"))
+        self.checker = checking.Checker(ready=("muslin.grading.diagnosis", "muslin.judging.properties"))
         self.texts: dict[str, str] = {}
         self.keys: dict[str, str] = {}
         self.stamps: dict[str, tuple[int, int] | None] = {}

@@ -1,9 +1,7 @@
-"""The task table of an assignment, and any folder of student functions read against it.
+"""Any folder of student functions, read against the task table of its assignment.
 
-A manifest (`assignment.toml`, beside the solution and in every released assignment) is the single list of what
-a student fills in: it drives stub generation, loading, checking, points and the handout's tables. `load` reads
-a folder by path, so any folder with those files is a submission. One broken file costs only its own tasks, and one
-function that Python cannot read only itself, where it can be told from the others.
+`load` reads a folder by path, so any folder with those files is a submission. One broken file costs only its own tasks,
+and one function that Python cannot read only itself, where it can be told from the others.
 """
 
 from __future__ import annotations
@@ -11,185 +9,19 @@ from __future__ import annotations
 import ast
 import contextlib
 import inspect
-import re
-import sys
 import textwrap
-from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from types import MappingProxyType, ModuleType
+from types import ModuleType
 from typing import Any
 
 from muslin import importing, paths, reading
 from muslin.engine import inside
-from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError, choices
+from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
 from muslin.reading import vocabulary
 from muslin.reading.page import sentence
-
-MANIFEST = "assignment.toml"
-
-#: What an argument or result may be: name -> (shape of one sample, is it an integer).
-KINDS: Mapping[str, tuple[tuple[int, ...], bool]] = MappingProxyType(
-    {
-        "scalar": ((), False),
-        "int": ((), True),
-        "vec2": ((2,), False),
-        "vec3": ((3,), False),
-        "vec4": ((4,), False),
-        "mat2": ((2, 2), False),
-        "mat3": ((3, 3), False),
-    }
-)
-
-
-@dataclass(frozen=True)
-class Value:
-    """An argument or a result of a task: its kind (a key of `KINDS`), unit and meaning."""
-
-    name: str
-    kind: str
-    unit: str
-    meaning: str = ""
-
-
-@dataclass(frozen=True)
-class Task:
-    """One function a student fills in.
-
-    `needs` names the tasks without which this one cannot be tried in the simulator; every task is checked on
-    its own, whatever the state of the others.
-    """
-
-    name: str
-    file: str
-    section: str
-    title: str
-    points: int
-    arguments: tuple[Value, ...]
-    results: tuple[Value, ...]
-    needs: tuple[str, ...] = ()
-    hints: tuple[str, ...] = ()
-
-
-@dataclass(frozen=True)
-class Grading:
-    """How an assignment is graded: the manifest's `[grading]`.
-
-    Attributes
-    ----------
-    deadline, simulation_deadline : float
-        Processor time and sleep that a task may take for an answer, and the simulation, compilation included [s].
-    hidden_cases : int
-        Random cases drawn per task for every submission.
-    credit : mapping
-        Share of a task's points for each layer of its checks, earned only if all layers before it have passed.
-    """
-
-    deadline: float = 20.0
-    simulation_deadline: float = 60.0
-    hidden_cases: int = 20
-    credit: Mapping[str, float] = field(default_factory=lambda: {"hidden": 0.7, "properties": 0.3})
-
-
-@dataclass(frozen=True)
-class Assignment:
-    """A manifest, read."""
-
-    name: str
-    title: str
-    version: str
-    tasks: Mapping[str, Task]
-    grading: Grading = Grading()
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Names of the files a student hands in, in the order of the handout."""
-        return tuple(dict.fromkeys(task.file for task in self.tasks.values()))
-
-
-def _value(name: str, text: str) -> Value:
-    match = re.fullmatch(r"(\w+) \[([^\]]*)\](?: (.*))?", text)
-    if not match or match[1] not in KINDS:
-        raise MuslinError(
-            f"{name} = {text!r} does not describe a value.",
-            f'Write "kind [unit] meaning" with a kind from: {", ".join(KINDS)}.',
-        )
-    return Value(name, match[1], match[2], match[3] or "")
-
-
-def read_assignment(folder: Path | str) -> Assignment:
-    """Read the manifest in a folder.
-
-    Raises
-    ------
-    MuslinError
-        If there is no manifest or it cannot be understood.
-    """
-    if sys.version_info >= (3, 11):
-        import tomllib
-    else:
-        import tomli as tomllib
-
-    path = Path(folder) / MANIFEST
-    try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
-        tasks = {
-            name: Task(
-                name=name,
-                file=entry["file"],
-                section=entry["section"],
-                title=entry["title"],
-                points=entry["points"],
-                arguments=tuple(_value(key, text) for key, text in entry["arguments"].items()),
-                results=tuple(_value(key, text) for key, text in entry["results"].items()),
-                needs=tuple(entry.get("needs", ())),
-                hints=tuple(entry.get("hints", ())),
-            )
-            for name, entry in table["task"].items()
-        }
-        grading = _grading(table.get("grading", {}), path)
-        return Assignment(table["name"], table["title"], table["version"], MappingProxyType(tasks), grading)
-    except FileNotFoundError:
-        raise MuslinError(f"There is no {MANIFEST} in {paths.shown(folder)}.") from None
-    except tomllib.TOMLDecodeError as error:
-        raise MuslinError(f"{paths.shown(path)} is not valid TOML: {error}.") from None
-    except KeyError as error:
-        raise MuslinError(f"{paths.shown(path)} lacks the entry {error}.") from None
-
-
-def _grading(table: Mapping[str, Any], path: Path) -> Grading:
-    try:
-        grading = Grading(**table)
-        shares = grading.credit.values()
-        sound = all(share >= 0 for share in shares) and abs(sum(shares) - 1) < 1e-9
-        sound = sound and set(grading.credit) <= {"form", "public", "hidden", "properties"}
-        sound = sound and min(grading.deadline, grading.simulation_deadline) > 0 and grading.hidden_cases > 0
-    except (TypeError, AttributeError):
-        sound = False
-    if not sound:
-        raise MuslinError(
-            f"The table [grading] in {paths.shown(path)} cannot be understood.",
-            "It takes deadline, simulation_deadline, hidden_cases, and credit: shares of the layers form, "
-            "public, hidden and properties that sum to 1.",
-        )
-    return grading
-
-
-def assignment(name: str = "cloth") -> Assignment:
-    """Assignment by name, from Muslin's own files.
-
-    Raises
-    ------
-    MuslinError
-        If there is no such assignment; the message lists those there are.
-    """
-    folder = paths.assignment(name)
-    if (folder / MANIFEST).is_file():
-        return read_assignment(folder)
-    if paths.in_repository() and (paths.root() / "solutions" / name / MANIFEST).is_file():
-        return read_assignment(paths.solution(name))
-    known = sorted(path.parent.name for path in (paths.root() / "assignments").glob(f"*/{MANIFEST}"))
-    raise MuslinError(f"There is no assignment {name!r}.", choices(name, known))
+from muslin.tasks import plain
+from muslin.tasks.manifest import Assignment, Task, assignment
 
 
 class Functions:
@@ -251,7 +83,9 @@ def load(folder: Path | str, table: Assignment | str = "cloth") -> Functions:
         )
     modules = {file: importing.module(folder / file, table.tasks) for file in table.files}
     return Functions(
-        folder, table, {task.name: _find(task, modules[task.file], folder) for task in table.tasks.values()}
+        folder,
+        table,
+        {name: _find(task, modules[task.file], folder, table) for name, task in table.tasks.items()},
     )
 
 
@@ -267,12 +101,16 @@ def usable(function: Callable[..., Any]) -> Callable[..., Any]:
     return function
 
 
-def _find(task: Task, module: ModuleType | MuslinError, folder: Path) -> Callable[..., Any]:
+def _find(
+    task: Task, module: ModuleType | MuslinError, folder: Path, table: Assignment
+) -> Callable[..., Any]:
     where = paths.shown(folder / task.file)
     if isinstance(module, MuslinError):
         return _failing(task, module)
     try:
         function = _sound(task, module, where)
+        if task.builder:
+            function.build = plain.builder(task, table, folder)  # type: ignore[attr-defined]
     except MuslinError as error:
         return _failing(task, error)
     function.task = task  # type: ignore[attr-defined]
@@ -285,7 +123,7 @@ def _find(task: Task, module: ModuleType | MuslinError, folder: Path) -> Callabl
 
 
 def _sound(task: Task, module: ModuleType, where: str) -> Callable[..., Any]:
-    """A task's function, if it is one of Taichi with the arguments asked for, and is filled in.
+    """A task's function, if it is in its language, has the arguments asked for, and is filled in.
 
     Raises
     ------
@@ -301,7 +139,12 @@ def _sound(task: Task, module: ModuleType, where: str) -> Callable[..., Any]:
             raise next(iter(left_out.values()))
         raise _absent(task, module, where)
     place = f"{where}, line {line}" if (line := importing.line_of_def(module, task.name)) else where
-    if not inside.is_function(function):
+    if task.in_python and inside.is_function(function):
+        raise StudentCodeError(
+            f"{place}: {task.name} is a Taichi function.",
+            f"This task is plain Python over NumPy arrays: take the line above def {task.name} away.",
+        )
+    if not task.in_python and not inside.is_function(function):
         instead = f" instead of {found}" if (found := importing.decorator(module, task.name)) else ""
         raise StudentCodeError(
             f"{place}: {task.name} is not a Taichi function.",
@@ -362,9 +205,8 @@ def _absent(task: Task, module: ModuleType, where: str) -> StudentCodeError:
             f"{where} has no function {task.name}, but {alike} in line {names[alike]}.",
             f"If that is it, name it as it was: {signature}",
         )
-    return StudentCodeError(
-        f"{where} has no function {task.name}.", f"Copy its first lines back: @ti.func and {signature}"
-    )
+    lines = signature if task.in_python else f"@ti.func and {signature}"
+    return StudentCodeError(f"{where} has no function {task.name}.", f"Copy its first lines back: {lines}")
 
 
 def _left_over(tree: ast.Module, module: ModuleType, name: str) -> str:

@@ -1,0 +1,35 @@
+"""The task table of an assignment, any folder of student functions read against it, and how they are evaluated.
+
+A manifest (`assignment.toml`) is the single list of what a student fills in (`manifest`). `load` reads a folder by
+path, so any folder with those files is a submission; one broken file costs only its own tasks (`loading`).
+"""
+
+from muslin.tasks.loading import Functions, failure_of, is_stub, load, usable
+from muslin.tasks.manifest import (
+    MANIFEST,
+    Assignment,
+    Grading,
+    Task,
+    Value,
+    assignment,
+    form,
+    kind_of,
+    read_assignment,
+)
+
+__all__ = [
+    "MANIFEST",
+    "Assignment",
+    "Functions",
+    "Grading",
+    "Task",
+    "Value",
+    "assignment",
+    "failure_of",
+    "form",
+    "is_stub",
+    "kind_of",
+    "load",
+    "read_assignment",
+    "usable",
+]

@@ -1,0 +1,328 @@
+"""The task table of an assignment: the single list of what a student fills in.
+
+A manifest (`assignment.toml`, beside the solution and in every released assignment) drives stub generation, loading,
+checking, points, hints and the handout's tables.
+"""
+
+from __future__ import annotations
+
+import functools
+import math
+import re
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+from typing import Any
+
+from muslin import paths
+from muslin.errors import MuslinError, choices
+
+MANIFEST = "assignment.toml"
+
+#: The kinds of values, for people: what `form` reads.
+GRAMMAR = "scalar, int, vecN, matN or matRxC"
+
+#: Languages a task's function may be written in.
+LANGUAGES = ("taichi", "python")
+
+#: Largest number of entries a value may have: a 12x12 matrix has 144.
+LARGEST = 256
+
+#: Shape of one sample, and whether it is an integer.
+Form = tuple[tuple[int, ...], bool]
+
+
+@functools.cache
+def form(kind: str) -> Form:
+    """Shape of a value of some kind, and whether it is an integer.
+
+    Parameters
+    ----------
+    kind : str
+        scalar, int, vecN, matN or matRxC: "vec12", "mat9", "mat4x3".
+
+    Raises
+    ------
+    MuslinError
+        If there is no such kind.
+    """
+    if kind in ("scalar", "int"):
+        return (), kind == "int"
+    shape: tuple[int, ...] = ()
+    if match := re.fullmatch(r"vec([1-9]\d?\d?)", kind):
+        shape = (int(match[1]),)
+    elif match := re.fullmatch(r"mat([1-9]\d?)(?:x([1-9]\d?))?", kind):
+        shape = (int(match[1]), int(match[2] or match[1]))
+    if not shape or math.prod(shape) > LARGEST:
+        raise MuslinError(f"There is no kind {kind!r} of values.", f"There is: {GRAMMAR}.")
+    return shape, False
+
+
+def kind_of(shape: tuple[int, ...], integer: bool) -> str | None:
+    """The kind of a value by its form; None for what no kind has."""
+    if not shape:
+        return "int" if integer else "scalar"
+    if integer or len(shape) > 2 or not 0 < math.prod(shape) <= LARGEST:
+        return None
+    if len(shape) == 1:
+        return f"vec{shape[0]}"
+    return f"mat{shape[0]}" if shape[0] == shape[1] else f"mat{shape[0]}x{shape[1]}"
+
+
+@dataclass(frozen=True)
+class Value:
+    """An argument or a result of a task: its kind (see `form`), unit and meaning."""
+
+    name: str
+    kind: str
+    unit: str
+    meaning: str = ""
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Of one sample."""
+        return form(self.kind)[0]
+
+    @property
+    def integer(self) -> bool:
+        """Whether it is an integer."""
+        return form(self.kind)[1]
+
+    @property
+    def is_function(self) -> bool:
+        """Whether it is a function, which is built from the arrays of a case where the task runs."""
+        return self.kind == FUNCTION
+
+
+#: Kind of an argument that is a function.
+FUNCTION = "function"
+
+
+@dataclass(frozen=True)
+class Task:
+    """One function a student fills in.
+
+    Attributes
+    ----------
+    arguments : tuple of Value
+        What the function takes, in order.
+    results : tuple of Value
+        What it returns, in order.
+    needs : tuple of str
+        Tasks without which this one cannot be tried in the simulator; every task is checked on its own, whatever the
+        state of the others.
+    language : str
+        "taichi": a `@ti.func` on small vectors and matrices; "python": a plain function on NumPy arrays.
+    problem : tuple of Value
+        Arrays of a case that the function does not see, but the functions it takes are built from.
+    builder : str
+        File of the assignment with a function of the task's name that builds them: arrays by name -> functions by name.
+    """
+
+    name: str
+    file: str
+    section: str
+    title: str
+    points: int
+    arguments: tuple[Value, ...]
+    results: tuple[Value, ...]
+    needs: tuple[str, ...] = ()
+    hints: tuple[str, ...] = ()
+    language: str = "taichi"
+    problem: tuple[Value, ...] = ()
+    builder: str = ""
+
+    @property
+    def inputs(self) -> tuple[Value, ...]:
+        """The arrays that make a case: arguments that are no functions, then those of the problem."""
+        return (*(value for value in self.arguments if not value.is_function), *self.problem)
+
+    @property
+    def in_python(self) -> bool:
+        """Whether it is written in plain Python over NumPy arrays."""
+        return self.language == "python"
+
+
+@dataclass(frozen=True)
+class Grading:
+    """How an assignment is graded: the manifest's `[grading]`.
+
+    Attributes
+    ----------
+    deadline, simulation_deadline : float
+        Processor time and sleep that a task may take for an answer, and the simulation, compilation included [s].
+    hidden_cases : int
+        Random cases drawn per task for every submission.
+    credit : mapping
+        Share of a task's points for each layer of its checks, earned only if all layers before it have passed.
+    """
+
+    deadline: float = 20.0
+    simulation_deadline: float = 60.0
+    hidden_cases: int = 20
+    credit: Mapping[str, float] = field(default_factory=lambda: {"hidden": 0.7, "properties": 0.3})
+
+
+@dataclass(frozen=True)
+class Simulation:
+    """The run that all functions of an assignment make together: the manifest's `[simulation]`.
+
+    Attributes
+    ----------
+    scene : str
+        One of Muslin's, small and short.
+    compared_steps : int
+        How many of its steps are held against the reference: what touches is chaotic after a while.
+    parameters : mapping
+        Of the scene.
+    """
+
+    scene: str
+    compared_steps: int = 30
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
+class Assignment:
+    """A manifest, read."""
+
+    name: str
+    title: str
+    version: str
+    tasks: Mapping[str, Task]
+    grading: Grading = Grading()
+    simulation: Simulation | None = None
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Names of the files a student hands in, in the order of the handout."""
+        return tuple(dict.fromkeys(task.file for task in self.tasks.values()))
+
+
+def _values(entries: Mapping[str, str], functions: bool = False) -> tuple[Value, ...]:
+    return tuple(_value(name, text, functions) for name, text in entries.items())
+
+
+def _value(name: str, text: str, functions: bool) -> Value:
+    match = re.fullmatch(r"(\w+) \[([^\]]*)\](?: (.*))?", text)
+    try:
+        if not match or not ((functions and match[1] == FUNCTION) or form(match[1])):
+            raise MuslinError("")
+    except MuslinError:
+        raise MuslinError(
+            f"{name} = {text!r} does not describe a value.",
+            f'Write "kind [unit] meaning" with a kind from: {GRAMMAR}.',
+        ) from None
+    return Value(name, match[1], match[2], match[3] or "")
+
+
+def _task(name: str, entry: Mapping[str, Any]) -> Task:
+    """A task as the manifest says it."""
+    task = Task(
+        name=name,
+        file=entry["file"],
+        section=entry["section"],
+        title=entry["title"],
+        points=entry["points"],
+        arguments=_values(entry["arguments"], functions=entry.get("language") == "python"),
+        results=_values(entry["results"]),
+        needs=tuple(entry.get("needs", ())),
+        hints=tuple(entry.get("hints", ())),
+        language=entry.get("language", "taichi"),
+        problem=_values(entry.get("problem", {})),
+        builder=entry.get("builder", ""),
+    )
+    if task.language not in LANGUAGES:
+        raise MuslinError(
+            f"{name}: there is no language {task.language!r}.", f"There is: {', '.join(LANGUAGES)}."
+        )
+    if any(value.is_function for value in task.arguments) != bool(task.builder):
+        raise MuslinError(
+            f"{name}: a task that takes functions names the file that builds them, and no other does.",
+            f'Write builder = "problems.py" beside its arguments, and def {name} in that file.',
+        )
+    return task
+
+
+def read_assignment(folder: Path | str) -> Assignment:
+    """Read the manifest in a folder.
+
+    Raises
+    ------
+    MuslinError
+        If there is no manifest or it cannot be understood.
+    """
+    if sys.version_info >= (3, 11):
+        import tomllib
+    else:
+        import tomli as tomllib
+
+    path = Path(folder) / MANIFEST
+    try:
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        tasks = {name: _task(name, entry) for name, entry in table["task"].items()}
+        grading = _grading(table.get("grading", {}), path)
+        simulation = _simulation(table["simulation"], path) if "simulation" in table else None
+        return Assignment(
+            table["name"], table["title"], table["version"], MappingProxyType(tasks), grading, simulation
+        )
+    except FileNotFoundError:
+        raise MuslinError(f"There is no {MANIFEST} in {paths.shown(folder)}.") from None
+    except tomllib.TOMLDecodeError as error:
+        raise MuslinError(f"{paths.shown(path)} is not valid TOML: {error}.") from None
+    except KeyError as error:
+        raise MuslinError(f"{paths.shown(path)} lacks the entry {error}.") from None
+
+
+def _simulation(table: Mapping[str, Any], path: Path) -> Simulation:
+    try:
+        found = Simulation(**table)
+        sound = (
+            isinstance(found.scene, str)
+            and isinstance(found.parameters, Mapping)
+            and found.compared_steps > 0
+        )
+    except TypeError:
+        sound = False
+    if not sound:
+        raise MuslinError(
+            f"The table [simulation] in {paths.shown(path)} cannot be understood.",
+            "It takes scene, compared_steps, and parameters of the scene.",
+        )
+    return found
+
+
+def _grading(table: Mapping[str, Any], path: Path) -> Grading:
+    try:
+        grading = Grading(**table)
+        shares = grading.credit.values()
+        sound = all(share >= 0 for share in shares) and abs(sum(shares) - 1) < 1e-9
+        sound = sound and set(grading.credit) <= {"form", "public", "hidden", "properties"}
+        sound = sound and min(grading.deadline, grading.simulation_deadline) > 0 and grading.hidden_cases > 0
+    except (TypeError, AttributeError):
+        sound = False
+    if not sound:
+        raise MuslinError(
+            f"The table [grading] in {paths.shown(path)} cannot be understood.",
+            "It takes deadline, simulation_deadline, hidden_cases, and credit: shares of the layers form, "
+            "public, hidden and properties that sum to 1.",
+        )
+    return grading
+
+
+def assignment(name: str = "cloth") -> Assignment:
+    """Assignment by name, from Muslin's own files.
+
+    Raises
+    ------
+    MuslinError
+        If there is no such assignment; the message lists those there are.
+    """
+    folder = paths.assignment(name)
+    if (folder / MANIFEST).is_file():
+        return read_assignment(folder)
+    if (paths.source(name) / MANIFEST).is_file():
+        return read_assignment(paths.source(name))
+    raise MuslinError(f"There is no assignment {name!r}.", choices(name, paths.assignments()))

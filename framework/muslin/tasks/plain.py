@@ -1,0 +1,173 @@
+"""Tasks in plain Python: a function over NumPy arrays, called once per case.
+
+An argument may itself be a function. It is built from the arrays of the case, by the assignment's own file, where
+the task runs: between processes go arrays only.
+"""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from types import ModuleType
+from typing import Any
+
+import numpy as np
+
+from muslin import paths
+from muslin.errors import MuslinError, StudentCodeError
+from muslin.tasks.manifest import Assignment, Task
+
+Arrays = Mapping[str, np.ndarray]
+
+
+def evaluate(function: Callable[..., Any], task: Task, arrays: Arrays) -> Any:
+    """Call a task's function on every sample of a batch.
+
+    Parameters
+    ----------
+    function : callable
+        From `muslin.load`.
+    task : Task
+    arrays : dict of ndarray, (b, ...)
+        The task's inputs by name. One without the leading axis is used for every sample.
+
+    Returns
+    -------
+    ndarray, (b, ...) or tuple of ndarray
+        A tuple where the function returns several values.
+
+    Raises
+    ------
+    StudentCodeError
+        If the function raises an exception, or returns something else than its task says.
+    MuslinError
+        If an argument is missing, unknown, or has the wrong shape.
+    """
+    names = [value.name for value in task.inputs]
+    if set(arrays) != set(names):
+        raise MuslinError(f"{task.name} takes ({', '.join(names)}), not ({', '.join(arrays)}).")
+    sizes = {}
+    for value in task.inputs:
+        array, shape = arrays[value.name], value.shape
+        if array.ndim not in (len(shape), len(shape) + 1) or array.shape[array.ndim - len(shape) :] != shape:
+            expected = f"(b, {', '.join(map(str, shape))})" if shape else "(b,)"
+            raise MuslinError(
+                f"{task.name}: {value.name} is a {value.kind} and needs shape {expected}, not {array.shape}."
+            )
+        if array.ndim > len(shape):
+            sizes[value.name] = len(array)
+    if len(set(sizes.values())) > 1:
+        raise MuslinError(f"{task.name}: the arguments have different numbers of samples: {sizes}.")
+    batch = next(iter(sizes.values()), 1)
+    spread = {value.name: np.broadcast_to(arrays[value.name], (batch, *value.shape)) for value in task.inputs}
+    outputs = tuple(np.zeros((batch, *v.shape), np.int32 if v.integer else np.float64) for v in task.results)
+    for case in range(batch):
+        here = arguments(function, task, {name: array[case] for name, array in spread.items()})
+        for output, found in zip(outputs, call(function, task, here), strict=True):
+            output[case] = found
+    return outputs[0] if len(outputs) == 1 else outputs
+
+
+def arguments(function: Callable[..., Any], task: Task, case: Arrays) -> dict[str, Any]:
+    """What a task's function takes in one case: arrays of its own, and functions built from arrays."""
+    own = {value.name: np.array(case[value.name]) for value in task.inputs}
+    given = {v.name: own[v.name].item() if not v.shape else own[v.name] for v in task.inputs}
+    build: Callable[..., Mapping[str, Any]] | None = getattr(function, "build", None)
+    if build is not None:
+        given |= build(**given)
+    return {value.name: given[value.name] for value in task.arguments}
+
+
+def call(function: Callable[..., Any], task: Task, given: Mapping[str, Any]) -> tuple[Any, ...]:
+    """What a function returns, as the task says it: arrays and numbers in order.
+
+    Raises
+    ------
+    StudentCodeError
+        If it raises an exception, or returns something else.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            found = function(**given)
+    except RecursionError:
+        raise StudentCodeError(f"{task.name} calls itself without end.") from None
+    except Exception as error:
+        raise _raised(error, function, task) from None
+    several = found if isinstance(found, tuple) else (found,)
+    if len(several) != len(task.results):
+        raise StudentCodeError(
+            f"{task.name} returns {len(several)} values where {len(task.results)} are asked.",
+            f"Return {', '.join(value.name for value in task.results)}.",
+        )
+    results = []
+    for value, part in zip(task.results, several, strict=True):
+        try:
+            array = np.asarray(part, dtype=np.float64)
+        except (TypeError, ValueError):
+            what = "nothing" if part is None else f"a {type(part).__name__}"
+            raise StudentCodeError(
+                f"{task.name} returns {what} for {value.name}; asked is {_words(value.shape)}."
+            ) from None
+        if array.shape != value.shape:
+            raise StudentCodeError(
+                f"{task.name} returns {_words(array.shape)} for {value.name}; asked is {_words(value.shape)}."
+            )
+        if value.integer and not (np.isfinite(array) and array == np.trunc(array)):
+            raise StudentCodeError(f"{task.name} returns {part} for {value.name}; asked is a whole number.")
+        results.append(array)
+    return tuple(results)
+
+
+def _words(shape: tuple[int, ...]) -> str:
+    """A shape in words."""
+    if not shape:
+        return "a number"
+    if len(shape) == 1:
+        return f"an array of {shape[0]} numbers"
+    return f"an array of {' x '.join(map(str, shape))} numbers"
+
+
+def _raised(error: Exception, function: Callable[..., Any], task: Task) -> StudentCodeError:
+    """An exception of the student's function, with the line of their file where it came up."""
+    code = function.__code__
+    lines = [
+        frame.lineno
+        for frame in traceback.extract_tb(error.__traceback__)
+        if frame.filename == code.co_filename
+    ]
+    where = Path(code.co_filename.split(" (version ")[0])
+    place = f"{paths.shown(where)}, line {lines[-1]}" if lines and lines[-1] else paths.shown(where)
+    said = f": {error}" if str(error) else ""
+    return StudentCodeError(f"{place}: {task.name} raises {type(error).__name__}{said}.")
+
+
+def builder(task: Task, table: Assignment, folder: Path) -> Callable[..., Any] | None:
+    """The function that builds a task's functions from the arrays of a case; None if it takes none.
+
+    Parameters
+    ----------
+    task : Task
+    table : Assignment
+    folder : Path
+        Where the task files are; a builder beside them is used before the assignment's own.
+
+    Raises
+    ------
+    MuslinError
+        If its file is missing or broken.
+    """
+    if not task.builder:
+        return None
+    places = [folder / task.builder, paths.assignment(table.name) / task.builder]
+    path = next((place for place in places if place.is_file()), places[-1])
+    module = ModuleType(f"muslin_builder_{path.stem}")
+    try:
+        exec(compile(path.read_text(encoding="utf-8"), str(path), "exec", dont_inherit=True), module.__dict__)
+        found: Callable[..., Any] = getattr(module, task.name)
+    except Exception as error:
+        raise MuslinError(
+            f"{paths.shown(path)} cannot be used: {type(error).__name__}: {error}.",
+            "It is given: copy it back from the assignment.",
+        ) from None
+    return found

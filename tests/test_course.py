@@ -1,0 +1,178 @@
+"""An assignment is a folder: one the framework has never heard of, elsewhere, through every command.
+
+Its tasks have names that cloth has, too, and other arguments; triangles and tetrahedra, a 9x9 and a 12-vector, a task
+in plain Python with a function for an argument; terms, a property, mistakes, steps, a derivative and a law of its own.
+"""
+
+from __future__ import annotations
+
+import ast
+import json
+import os
+import re
+import shutil
+import subprocess
+import sys
+import zipfile
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin import paths, reference, tasks
+from muslin.authoring import mistakes, reference_data, release
+from muslin.grading import diagnosis
+
+TOY = Path(__file__).parent / "toy"
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory):
+    """A folder of one's own, with the toy released and its data made."""
+    folder = tmp_path_factory.mktemp("course")
+    shutil.copytree(TOY, folder / "solutions" / "toy", ignore=shutil.ignore_patterns("__pycache__"))
+    before = os.environ.get(paths.COURSE)
+    os.environ[paths.COURSE] = str(folder)
+    release.release("toy")
+    reference_data.build("toy", cases=10)
+    list(mistakes.build("toy"))
+    yield folder
+    if before is None:
+        del os.environ[paths.COURSE]
+
+
+def told(*words: str, folder: Path, code: int = 0) -> str:
+    """What a command says; it must end as expected, without a traceback."""
+    done = subprocess.run(
+        [sys.executable, "-c", "from muslin.cli import main; main()", *words],
+        cwd=folder, capture_output=True, text=True, timeout=300,
+        env={**os.environ, "NO_COLOR": "1", "COLUMNS": "200"},
+    )  # fmt: skip
+    said = done.stdout + done.stderr
+    assert "Traceback" not in said, said
+    assert done.returncode == code, said
+    return said
+
+
+@pytest.fixture
+def work(course, tmp_path):
+    """A student's folder, with all answers."""
+    folder = tmp_path / "work"
+    told("start", "toy", str(folder), folder=tmp_path)
+    for file in tasks.assignment("toy").files:
+        shutil.copy(TOY / file, folder / file)
+    return folder
+
+
+def wrong(folder: Path, file: str, old: str, new: str) -> None:
+    text = (folder / file).read_text()
+    assert old in text
+    (folder / file).write_text(text.replace(old, new))
+
+
+def test_the_data_are_what_the_seed_says_and_the_solution_is_right(course):
+    assert reference_data.verify("toy").ok
+    assert all(verdict.ok for verdict in reference.check(muslin.load(TOY, "toy")))
+    stubs = reference.check(muslin.load(paths.assignment("toy"), "toy"))
+    assert all("not implemented yet" in verdict.message for verdict in stubs)
+
+
+def test_check_names_mistakes_and_calls_right_answers_right(work):
+    assert "7 of 7 tasks" in told("check", folder=work)
+    wrong(work, "energy.py", " - 3.0)", ")")
+    said = told("check", "psi", folder=work, code=1)
+    assert "the three is not subtracted" in said
+    wrong(work, "descent.py", "x - way", "x + way")
+    assert "You go uphill" in told("check", "descend", folder=work, code=1)
+    wrong(work, "descent.py", "way = step * gradient(x)", "way = step * gradient(x) * (1 / 0)")
+    assert "line 9" in told("check", "descend", folder=work, code=1)
+
+
+def test_explain_gradcheck_hint_and_list_know_it(work):
+    said = told("explain", "psi", "--case", "0", folder=work)
+    assert "tr(F^T F)" in said
+    assert "descend" in told("explain", "descend", folder=work)
+    assert re.search(
+        r"ok +dpsi_dF: compared with central differences of your psi", told("gradcheck", folder=work)
+    )
+    assert "squares of all entries" in told("hint", "psi", "--level", "2", folder=work)
+    assert "descend" in told("list", folder=work)
+
+
+def test_grade_gives_all_points_takes_them_task_by_task_and_holds_the_law(work):
+    record = muslin.grade(work, "toy")
+    assert record.score == record.max_score == 30
+    assert [check.status for check in record.simulation.checks] == ["passed"]
+    wrong(work, "energy.py", "return mu * F", "return 2.0 * mu * F")
+    wrong(work, "tetrahedron.py", "q[3 * k + i]", "q[3 * k + j]")
+    record = muslin.grade(work, "toy")
+    assert record.score == 22
+    assert "scaled:2" in {check.cause for check in record["dpsi_dF"].checks}
+    assert record["psi"].score == 4
+    assert muslin.grade(paths.assignment("toy"), "toy").score == 0
+
+
+def test_a_task_in_python_is_run_in_a_sandbox_and_costs_nobody_else_a_point(work):
+    wrong(work, "descent.py", "way = step", "import os; os._exit(0)\n    way = step")
+    record = muslin.grade(work, "toy")
+    assert record.score == 24
+    assert record["descend"].score == 0
+
+
+def test_a_class_is_graded_and_packed(work, course, tmp_path):
+    room = tmp_path / "class"
+    for name, place in (("ada", work), ("ben", paths.assignment("toy"))):
+        shutil.copytree(place, room / name)
+    told("class", "grade", str(room), "--assignment", "toy", "--out", str(tmp_path / "out"), folder=tmp_path)
+    table = next((tmp_path / "out").glob("*.csv")).read_text()
+    assert re.search(r"ada.*\b30\b", table)
+    told("pack", "gradescope", "--assignment", "toy", "--out", str(tmp_path / "pack"), folder=tmp_path)
+    archive = next((tmp_path / "pack").rglob("*.zip"))
+    with zipfile.ZipFile(archive) as packed:
+        (inner,) = (name for name in packed.namelist() if name.endswith(".whl"))
+        packed.extract(inner, tmp_path)
+    with zipfile.ZipFile(tmp_path / inner) as wheel:
+        names = wheel.namelist()
+    assert "muslin/_shipped/judge/toy/reference.py" in names
+    assert "muslin/_shipped/assignments/toy/assignment.toml" in names
+
+
+def test_lint_says_what_is_left_and_new_begins_another(course):
+    said = told("lint", "toy", folder=course, code=1)
+    assert "misconceptions" in said
+    assert "error in Muslin" not in said
+    told("new", "assignment", "other", folder=course)
+    try:
+        assert (course / "solutions" / "other" / "reference.py").is_file()
+        assert muslin.grade(course / "solutions" / "other", "other").score == 5
+    finally:
+        for part in ("solutions", "assignments", "data/reference", "data/known", "tests/misconceptions"):
+            shutil.rmtree(course / part / "other", ignore_errors=True)
+
+
+def test_the_diagnosis_of_one_assignment_knows_nothing_of_another_with_the_same_names(course):
+    inputs, expected = reference.cases("toy", "dpsi_dF")
+    table = tasks.assignment("toy")
+    swapped = (np.swapaxes(expected[0], 1, 2),)
+    assert diagnosis.diagnose(table.tasks["dpsi_dF"], swapped, expected, inputs, "toy").cause == "transposed"
+    assert json.dumps(tasks.assignment("cloth").tasks["psi"].title) != json.dumps(table.tasks["psi"].title)
+
+
+#: Where student functions are called by the physics: what stands behind each of its parts is said there.
+ADAPTERS = ("cloth.py", "colliders.py", "skinning.py", "elements/")
+
+#: A table of Greek letters as they are called in code.
+LETTERS = "reading/vocabulary.py"
+
+
+def test_no_file_of_the_framework_but_the_adapters_names_a_task():
+    names, package = set(tasks.assignment("cloth").tasks), Path(muslin.__file__).parent
+    found = [
+        f"{path.relative_to(package)}, line {node.lineno}: {node.value}"
+        for path in sorted(package.rglob("*.py"))
+        if not path.relative_to(package).as_posix().startswith((*ADAPTERS, LETTERS, "_shipped"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Constant) and node.value in names
+    ]
+    assert not found, "\n".join(found)
