@@ -112,6 +112,9 @@ def _trouble(error: BaseException, path: Path, text: str, made: ModuleType) -> S
     lines = [f.lineno for f in frames if f.filename.split(_VERSION)[0] == str(path) and f.lineno]
     if not lines:
         return StudentCodeError(f"{paths.shown(path)}: {_said(error)}.")
+    for statement in ast.parse(text).body:  # Python 3.10 says the line of def for one of its decorators
+        if isinstance(statement, ast.FunctionDef) and statement.decorator_list and lines == [statement.lineno]:
+            lines = [statement.decorator_list[0].lineno]
     place = f"{paths.shown(path)}, line {lines[-1]}"
     if isinstance(error, StudentCodeError) and error.message.startswith(("calls", "stops")):
         return StudentCodeError(f"{place} {error.message}", error.hint)
