@@ -3,7 +3,7 @@
 What students must not read (how cases are drawn, what is true, what mistakes make of it) lies in the assignment's
 folder `judge/`; what they may read (what must hold for every input, what lies on the way, which derivative can be
 checked) in `practice/`, which their installation carries. In both, and in an instructor's one file `reference.py`, a
-name says what it is: `draw_phi`, `truth_phi`, `terms_phi`, `properties_phi`, and so on, for a task `phi`.
+name says what it is: `draw_x`, `truth_x`, `terms_x`, `properties_x`, and so on, for a task `x`.
 """
 
 from __future__ import annotations
