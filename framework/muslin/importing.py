@@ -113,7 +113,11 @@ def _trouble(error: BaseException, path: Path, text: str, made: ModuleType) -> S
     if not lines:
         return StudentCodeError(f"{paths.shown(path)}: {_said(error)}.")
     for statement in ast.parse(text).body:  # Python 3.10 says the line of def for one of its decorators
-        if isinstance(statement, ast.FunctionDef) and statement.decorator_list and lines == [statement.lineno]:
+        if (
+            isinstance(statement, ast.FunctionDef)
+            and statement.decorator_list
+            and lines == [statement.lineno]
+        ):
             lines = [statement.decorator_list[0].lineno]
     place = f"{paths.shown(path)}, line {lines[-1]}"
     if isinstance(error, StudentCodeError) and error.message.startswith(("calls", "stops")):

@@ -36,9 +36,21 @@ def root() -> Path:
 
 
 def course() -> Path | None:
-    """An instructor's own folder, laid out as the checkout is; the environment variable `MUSLIN_COURSE` names it."""
-    named = os.environ.get(COURSE)
-    return Path(named).resolve() if named else None
+    """An instructor's own folder, laid out as the checkout is; the environment variable `MUSLIN_COURSE` names it.
+
+    Raises
+    ------
+    MuslinError
+        If that is no folder.
+    """
+    if not (named := os.environ.get(COURSE)):
+        return None
+    folder = Path(named).expanduser().resolve()
+    if not folder.is_dir():
+        raise MuslinError(
+            f"{COURSE} names {shown(folder)}, which is no folder.", "Make it, or correct the variable."
+        )
+    return folder
 
 
 def home(assignment: str) -> Path:

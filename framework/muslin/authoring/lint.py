@@ -22,6 +22,7 @@ from muslin import paths, syntax, tasks
 from muslin.authoring import reference_data
 from muslin.authoring import release as releasing
 from muslin.errors import MuslinError, NotImplementedYet
+from muslin.grading import known as mistaken
 from muslin.packing import wheel
 from muslin.tasks import MANIFEST, Assignment, Task
 
@@ -298,6 +299,17 @@ def _reference(subject: Subject) -> Iterator[Finding]:
     report = reference_data.verify(subject.name, regenerate=subject.thorough)
     for problem in report.problems:
         yield Finding(where, problem.rstrip("."), f"run: muslin reference build {subject.name}")
+    if not report.problems:
+        yield from _mistakes(subject)
+
+
+def _mistakes(subject: Subject) -> Iterator[Finding]:
+    """What known mistakes make of the public cases was made of these cases."""
+    for name in subject.table.tasks:
+        if not mistaken.current(subject.name, name):
+            where = paths.shown(paths.known(subject.name) / f"{name}.npz")
+            do = f"run: muslin reference mistakes {subject.name} --task {name}"
+            yield Finding(where, "what mistakes make of the public cases is missing, or of other cases", do)
 
 
 def _misconceptions(subject: Subject) -> Iterator[Finding]:

@@ -13,7 +13,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 
 from muslin import paths, reference, tasks
-from muslin.errors import MuslinError
+from muslin.errors import MuslinError, choices
 from muslin.grading.known import CHANGE, MISTAKE, Entry, Known, save
 from muslin.judging import exact, judge, told
 from muslin.judging.arrays import transposed, unit
@@ -35,6 +35,8 @@ def build(assignment: str, only: Collection[str] = ()) -> Iterator[str]:
     from muslin.student import explaining, gradcheck
 
     table = tasks.assignment(assignment)
+    if unknown := [name for name in only if name not in table.tasks]:
+        raise MuslinError(f"There is no task {unknown[0]!r}.", choices(unknown[0], list(table.tasks)))
     for name in only or table.tasks:
         save(assignment, name, make(table.tasks[name], assignment))
         yield paths.shown(paths.known(assignment) / f"{name}.npz")

@@ -112,6 +112,15 @@ def save(assignment: str, task: str, known: Known) -> None:
                 np.lib.format.write_array(file, array, allow_pickle=False)
 
 
+def current(assignment: str, task: str) -> bool:
+    """Whether there are data of a task's mistakes, made of its public cases as they are."""
+    try:
+        with np.load(paths.known(assignment) / f"{task}.npz", allow_pickle=False) as data:
+            return str(data["cases"][0]) == fingerprint(assignment, task)
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile, MuslinError):
+        return False
+
+
 def _entry(words: np.ndarray, made: np.ndarray) -> Entry:
     kind, cause, head, of, mistake, advice = map(str, words)
     return Entry(kind, cause, head, of, mistake, advice, made)
@@ -120,10 +129,10 @@ def _entry(words: np.ndarray, made: np.ndarray) -> Entry:
 @functools.lru_cache(maxsize=64)
 def load(assignment: str, task: str, results: int) -> Known:
     """What is known of a task's mistakes; nothing if no data were made of its public cases."""
+    if not current(assignment, task):  # the diagnosis does without
+        return Known()
     try:
         with np.load(paths.known(assignment) / f"{task}.npz", allow_pickle=False) as data:
-            if str(data["cases"][0]) != fingerprint(assignment, task):
-                return Known()
             entries = []
             for k in range(results):
                 words, made = (data.get(f"{name}_{k}", ()) for name in ("words", "made"))
@@ -134,5 +143,5 @@ def load(assignment: str, task: str, results: int) -> Known:
             }
             holds = zip(data.get("conditions", ()), data.get("holds", ()), strict=True)
             return Known(tuple(entries), said, tuple((str(words), mask) for words, mask in holds))
-    except (OSError, ValueError, KeyError, zipfile.BadZipFile, MuslinError):  # the diagnosis does without
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile):
         return Known()

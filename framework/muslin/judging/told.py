@@ -46,10 +46,10 @@ class Told:
         self._asked += 1
         if not wanted:
             return ()
-        if self.record is None and (found := _read(self.assignment, key)) is not None:
-            return found
         truth = judge(self.assignment, task).truth
         if truth is None:
+            if (found := _read(self.assignment, key)) is not None:
+                return found
             raise MuslinError(
                 f"The right answers of {task} to these inputs are not known here.", "Install Muslin again."
             )

@@ -5,7 +5,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -29,6 +29,8 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     """
     from muslin import reading, reference, tasks
     from muslin.batch import evaluate
+    from muslin.student import plain
+    from muslin.tasks import plain as in_python
 
     table = tasks.assignment(assignment)
     task, own = table.tasks[name], judge(assignment, name)
@@ -48,13 +50,13 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     if case is None:
         case = verdict.case if verdict is not None and verdict.case is not None else 0
 
-    def known(k: int) -> tuple[Values, Values, Values]:
+    def whole(k: int) -> tuple[Values, Values, Values]:
         """Inputs, results, and all that is known of a case."""
         here = {key: value[k] for key, value in inputs.items()}
         results = {v.name: e[k] for v, e in zip(task.results, expected, strict=True)}
         return here, results, {**here, **(own.steps(here) if own.steps else {})}
 
-    here, results, way = known(case)
+    here, results, way = whole(case)
 
     yield f"{name}: {task.title}; case {case} of 0 to {count - 1}"
     yield from _titled("Inputs", here)
@@ -67,10 +69,16 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
         yield from (f"  {line}" for line in trouble.split("\n"))
         yield from _titled("Expected", results)
     else:
-        others = [known(k) for k in range(0, count, max(1, count // 4)) if k != case]
+        others = [whole(k) for k in range(0, count, max(1, count // 4)) if k != case]
         cases = [(inputs_there, {**way_there, **right}) for inputs_there, right, way_there in others]
         mine_here = [g[case] for g in got]
-        yield from _variables(folder / task.file, name, here, {**way, **results}, mine_here, cases)
+
+        def run(values: Values) -> tuple[Any, list[tuple[int, str, Any]]]:
+            """The function line by line, in plain Python."""
+            given = in_python.arguments(functions[name], task, values) if task.in_python else dict(values)
+            return plain.values(folder / task.file, name, given, taichi=not task.in_python)
+
+        yield from _variables(run, here, {**way, **results}, mine_here, cases)
         for entry, mine, right in zip(task.results, got, expected, strict=True):
             yield ""
             yield from _beside(entry.name if len(expected) > 1 else "Result", mine[case], right[case])
@@ -97,16 +105,18 @@ def _verdict(
         yield f"   try: {found.advice}"
 
 
+#: The student's function on the inputs of a case: its result, and every variable each time it got a value.
+Run = Callable[[Values], tuple[Any, list[tuple[int, str, Any]]]]
+
+
 def _elsewhere(
-    file: Path, name: str, found: Sequence[tuple[int, str, Any]], cases: Sequence[tuple[Values, Values]]
+    run: Run, found: Sequence[tuple[int, str, Any]], cases: Sequence[tuple[Values, Values]]
 ) -> list[tuple[list[np.ndarray], Values]]:
     """The same variables in other cases, beside what is known there; cases in which other lines run are left out."""
-    from muslin.student import plain
-
     there = []
     for inputs, way in cases:
         try:
-            _, others = plain.values(file, name, dict(inputs))
+            _, others = run(inputs)
         except Exception:  # a division by zero, say
             continue
         if [entry[:2] for entry in others] == [entry[:2] for entry in found]:
@@ -115,8 +125,7 @@ def _elsewhere(
 
 
 def _variables(
-    file: Path,
-    name: str,
+    run: Run,
     here: Values,
     way: Values,
     got: list[np.ndarray],
@@ -126,10 +135,8 @@ def _variables(
 
     `cases` are the inputs of a few other cases, and what is known there.
     """
-    from muslin.student import plain
-
     try:
-        result, found = plain.values(file, name, dict(here))
+        result, found = run(here)
         back = result if isinstance(result, tuple) else (result,)
     except Exception as error:  # a view into the function is a help, not a duty
         yield ""
@@ -138,7 +145,7 @@ def _variables(
     if found:
         yield ""
         yield "Your variables, line by line"
-        others = _elsewhere(file, name, found, cases)
+        others = _elsewhere(run, found, cases)
         for number, (line, variable, what_it_holds) in enumerate(found):
             value = np.asarray(what_it_holds)
             what = _recognised(value, {k: v for k, v in way.items() if k != variable})

@@ -146,7 +146,9 @@ def looked_at() -> Iterator[dict[str, Any]]:
                 sys.modules[name] = module
 
 
-def values(path: Path, name: str, arguments: dict[str, Any]) -> tuple[Any, list[tuple[int, str, Any]]]:
+def values(
+    path: Path, name: str, arguments: dict[str, Any], taichi: bool = True
+) -> tuple[Any, list[tuple[int, str, Any]]]:
     """Result and variables of a function for one case.
 
     Parameters
@@ -156,7 +158,9 @@ def values(path: Path, name: str, arguments: dict[str, Any]) -> tuple[Any, list[
     name : str
         The function.
     arguments : dict
-        Numbers and arrays by name.
+        Numbers and arrays by name; functions, too, of one written in plain Python.
+    taichi : bool
+        Whether it is written for Taichi, so that arrays need the methods of Taichi's.
 
     Returns
     -------
@@ -167,7 +171,7 @@ def values(path: Path, name: str, arguments: dict[str, Any]) -> tuple[Any, list[
     """
     code = syntax.compiled(source.read(path), str(path), paths.shown(path))
     module = ModuleType("muslin_plain")
-    given = {key: own(value) for key, value in arguments.items()}
+    given = {key: own(value) for key, value in arguments.items()} if taichi else dict(arguments)
     with looked_at():
         exec(code, module.__dict__)
         function = getattr(module, name)
@@ -185,7 +189,7 @@ def _traced(
     function: Callable[..., Any], arguments: dict[str, Any]
 ) -> tuple[Any, list[tuple[int, str, Any]]]:
     found: list[tuple[int, str, Any]] = []
-    known: dict[str, Any] = {key: np.array(value) for key, value in arguments.items()}
+    known = {key: np.array(value) for key, value in arguments.items() if not callable(value)}
     line = [function.__code__.co_firstlineno]
 
     def look(frame: FrameType, event: str, _: Any) -> Any:

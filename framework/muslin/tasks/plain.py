@@ -94,6 +94,10 @@ def call(function: Callable[..., Any], task: Task, given: Mapping[str, Any]) -> 
         raise StudentCodeError(f"{task.name} calls itself without end.") from None
     except Exception as error:
         raise _raised(error, function, task) from None
+    if found is None:
+        raise StudentCodeError(
+            f"{task.name} returns nothing.", "End it with return and the result, on every way."
+        )
     several = found if isinstance(found, tuple) else (found,)
     if len(several) != len(task.results):
         raise StudentCodeError(
@@ -103,6 +107,8 @@ def call(function: Callable[..., Any], task: Task, given: Mapping[str, Any]) -> 
     results = []
     for value, part in zip(task.results, several, strict=True):
         try:
+            if part is None or isinstance(part, (str, bytes)):  # NumPy would take them for numbers
+                raise TypeError
             array = np.asarray(part, dtype=np.float64)
         except (TypeError, ValueError):
             what = "nothing" if part is None else f"a {type(part).__name__}"
