@@ -22,6 +22,7 @@ import muslin
 from muslin import paths, reference, tasks
 from muslin.authoring import mistakes, reference_data, release
 from muslin.grading import diagnosis
+from muslin.grading.submission import collect
 
 TOY = Path(__file__).parent / "toy"
 
@@ -112,6 +113,13 @@ def test_grade_gives_all_points_takes_them_task_by_task_and_holds_the_law(work):
     assert "scaled:2" in {check.cause for check in record["dpsi_dF"].checks}
     assert record["psi"].score == 4
     assert muslin.grade(paths.assignment("toy"), "toy").score == 0
+
+
+def test_the_solution_is_graded_without_a_word_about_what_judges_it(course):
+    for name, folder in (("toy", course / "solutions" / "toy"), ("cloth", paths.source("cloth"))):
+        handed = collect(folder, tasks.assignment(name))
+        assert set(handed.files) == set(tasks.assignment(name).files)
+        assert handed.about.notes == ()
 
 
 def test_a_task_in_python_is_run_in_a_sandbox_and_costs_nobody_else_a_point(work):
