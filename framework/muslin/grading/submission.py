@@ -88,9 +88,7 @@ def collect(path: Path | str, table: Assignment) -> Handed:
     if not whole.is_dir() and not whole.is_file():
         raise MuslinError(f"There is no submission {paths.shown(path)}.", "Name a folder, zip or tar.")
     sources = [Source(whole)]
-    if (
-        whole == paths.source(table.name).resolve()
-    ):  # what judges it lies below, in files named alike
+    if whole == paths.source(table.name).resolve():  # what judges it lies below, in files named alike
         sources = [Source(whole / file, file) for file in table.files if (whole / file).is_file()]
     return gather(sources, whole.name, table)
 
