@@ -17,7 +17,8 @@ import zipfile
 from collections.abc import Callable, Mapping
 from pathlib import Path
 
-from muslin import paths, tasks
+from muslin import tasks
+from muslin.base import paths
 
 TABLE = tasks.assignment("cloth")
 STUBS = {file: (paths.assignment("cloth") / file).read_bytes() for file in TABLE.files}

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import pytest
 
-from muslin import paths
+from muslin.base import paths
 
 # In the background of a shell Ctrl-C is ignored, and tests of it could not end.
 if signal.getsignal(signal.SIGINT) is signal.SIG_IGN:

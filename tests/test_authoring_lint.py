@@ -10,7 +10,7 @@ import pytest
 
 from muslin.authoring import lint as linting
 from muslin.authoring import reference_data
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 
 
 def edit(path: Path, old: str, new: str) -> None:

@@ -11,9 +11,11 @@ from pathlib import Path
 import pytest
 
 import muslin
-from muslin import cli, paths, reference, tasks
+from muslin import cli, tasks
 from muslin.authoring import lint, reference_data, scaffold
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.judging import reference
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -8,7 +8,7 @@ import pytest
 
 import muslin
 from muslin import given
-from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
+from muslin.base.errors import MuslinError, NotImplementedYet, StudentCodeError
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import mesh, scenes, tasks
-from muslin.body import Body
-from muslin.cloth import Cloth
-from muslin.colliders import Plane
-from muslin.elements.element import Element
-from muslin.elements.pattern import Pattern
-from muslin.errors import MuslinError
-from muslin.integrators import steps
-from muslin.model import Model, State
+from muslin import mesh, tasks
+from muslin.base.errors import MuslinError
+from muslin.physics.body import Body
+from muslin.physics.cloth import Cloth
+from muslin.physics.colliders import Plane
+from muslin.physics.elements.element import Element
+from muslin.physics.elements.pattern import Pattern
+from muslin.simulation import scenes
+from muslin.simulation.integrators import steps
+from muslin.simulation.model import Model, State
 
 ROOT = Path(__file__).resolve().parent.parent
 MU, LAM, RHO = 40.0, 60.0, 3.0
@@ -182,6 +183,9 @@ def test_a_folder_of_another_assignment_is_refused_by_cloth_in_words():
 
 
 def test_what_is_behind_the_parts_of_a_simulation_is_known_without_meshes_or_the_engine():
-    code = "import sys, muslin.stand_ins\nprint({'muslin.mesh', 'taichi', 'quadrants', 'scipy'} & set(sys.modules))"
+    code = (
+        "import sys, muslin.physics.stand_ins\n"
+        "print({'muslin.mesh', 'taichi', 'quadrants', 'scipy'} & set(sys.modules))"
+    )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

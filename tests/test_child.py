@@ -8,8 +8,8 @@ import time
 
 import pytest
 
-from muslin import child
-from muslin.child import Child, forked, killer, last_line, python, run
+from muslin.base import child
+from muslin.base.child import Child, forked, killer, last_line, python, run
 
 posix = pytest.mark.skipif(sys.platform == "win32", reason="groups of processes and signals")
 
@@ -143,7 +143,7 @@ def test_a_forked_one_takes_objects_and_is_ended():
 @posix
 def test_a_forked_one_hears_that_its_parent_has_gone():
     text = (
-        "import time\nfrom muslin.child import forked\n"
+        "import time\nfrom muslin.base.child import forked\n"
         "def listen(channel):\n"
         "    try:\n        channel.recv()\n"
         "    except EOFError:\n        pass\n"

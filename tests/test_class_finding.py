@@ -9,8 +9,8 @@ import zipfile
 import pytest
 
 from muslin import tasks
+from muslin.base.errors import MuslinError
 from muslin.classes import finding
-from muslin.errors import MuslinError
 from muslin.grading.submission import collect, gather
 
 TABLE = tasks.assignment("cloth")

@@ -17,9 +17,9 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parent / "benchmarks"))
 import class_of_200 as large  # type: ignore[import-not-found]
 
+from muslin.base.errors import MuslinError
 from muslin.classes import work
 from muslin.classes.ledger import Ledger
-from muslin.errors import MuslinError
 
 DEADLINE = ("--deadline", "10")
 
@@ -181,7 +181,7 @@ def test_what_lies_in_the_working_folder_is_not_imported(tmp_path, monkeypatch):
 
 def test_a_worker_ends_with_whoever_started_it():
     code = (
-        "import subprocess, time\nfrom muslin.child import python\n"
+        "import subprocess, time\nfrom muslin.base.child import python\n"
         "p = subprocess.Popen(python('muslin.classes.work:main'), stdin=subprocess.PIPE)\n"
         "print(p.pid, flush=True)\ntime.sleep(60)"
     )

@@ -11,8 +11,9 @@ import class_mess as mess
 import grading_samples as samples
 import pytest
 
-from muslin.classes import engines, press
-from muslin.classes.press import Printed
+from muslin.classes import engines
+from muslin.classes import reports as press
+from muslin.classes.reports import Printed
 from muslin.classes.run import grade_class
 from muslin.classes.work import Result
 

@@ -18,16 +18,18 @@ import grading_samples as samples
 import pytest
 from test_grading_html import Page, home, in_a_browser, opened  # noqa: F401  (home is a fixture)
 
-from muslin import paths, tasks
-from muslin.classes import engines, gradebook, overrides, page, press, similarity, work
+from muslin import tasks
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.classes import engines, gradebook, overrides, page, similarity, work
+from muslin.classes import reports as press
 from muslin.classes.finding import Student, Submission
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger
 from muslin.classes.overrides import Override
-from muslin.classes.press import Printed
+from muslin.classes.reports import Printed
 from muslin.classes.similarity import Alike, Pair
 from muslin.classes.work import Job, Result, Terms
-from muslin.errors import MuslinError
 
 TABLE = tasks.assignment("cloth")
 PNG = base64.b64decode(

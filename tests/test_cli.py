@@ -8,7 +8,8 @@ from pathlib import Path
 import malformed
 import pytest
 
-from muslin import cli, paths
+from muslin import cli
+from muslin.base import paths
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -135,7 +136,7 @@ def test_an_unbuffered_interrupt_leaves_a_usable_run(tmp_path):
     """A real Ctrl-C, sent to a real process."""
     import signal
 
-    from muslin.runs import RunFolder
+    from muslin.simulation.runs import RunFolder
 
     run = tmp_path / "run"
     process = subprocess.Popen(

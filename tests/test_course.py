@@ -19,10 +19,12 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import paths, reference, tasks
+from muslin import tasks
 from muslin.authoring import mistakes, reference_data, release
+from muslin.base import paths
 from muslin.grading import diagnosis
 from muslin.grading.submission import collect
+from muslin.judging import reference
 
 TOY = Path(__file__).parent / "toy"
 
@@ -175,7 +177,7 @@ def test_the_diagnosis_of_one_assignment_knows_nothing_of_another_with_the_same_
 
 
 #: Where student functions are called by the physics: what stands behind each of its parts is said there.
-ADAPTERS = ("cloth.py", "colliders.py", "skinning.py", "elements/")
+ADAPTERS = ("physics/",)
 
 #: A table of Greek letters as they are called in code.
 LETTERS = "reading/vocabulary.py"

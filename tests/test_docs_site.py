@@ -133,7 +133,7 @@ def test_pictures_of_the_handout_come_along(site):
 
 @pytest.mark.parametrize("formula", [r"\begin{bmatrix", r"\left( x", r"\unheard{of}", "a $ b"])
 def test_a_formula_that_cannot_be_converted_stops_the_build(hooks, formula):
-    from muslin.errors import MuslinError
+    from muslin.base.errors import MuslinError
 
     with pytest.raises(MuslinError, match="formula"):
         hooks.mathml(formula)

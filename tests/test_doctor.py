@@ -8,7 +8,8 @@ from pathlib import Path
 
 import pytest
 
-from muslin import doctor, engine
+from muslin import doctor
+from muslin.base import engine
 from muslin.doctor import Finding, examine, judge_python, judge_system, report
 
 FRAMEWORK = Path(doctor.__file__).parent.parent

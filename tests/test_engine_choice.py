@@ -13,9 +13,9 @@ import pytest
 from packaging.requirements import Requirement
 
 import muslin
-from muslin import engine
-from muslin.engine import choice, imports, inside
-from muslin.errors import MuslinError
+from muslin.base import engine
+from muslin.base.engine import choice, imports, inside
+from muslin.base.errors import MuslinError
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -144,8 +144,8 @@ def test_engines_that_are_broken_are_told_one_by_one(tmp_path, taichi, quadrants
     for name, source in (("taichi", taichi), ("quadrants", quadrants)):
         (tmp_path / f"{name}.py").write_text(source)
     code = (
-        f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom muslin.engine import load\n"
-        "from muslin.errors import MuslinError\ntry:\n    load()\nexcept MuslinError as error:\n    print(error)"
+        f"import sys; sys.path.insert(0, {str(tmp_path)!r})\nfrom muslin.base.engine import load\n"
+        "from muslin.base.errors import MuslinError\ntry:\n    load()\nexcept MuslinError as error:\n    print(error)"
     )
     done = run(code)
     assert done.stderr == ""
@@ -227,7 +227,7 @@ def test_on_taichi_a_students_file_imports_as_any_other():
 
 @pytest.mark.parametrize("name", INSTALLED)
 def test_the_version_we_pin_has_every_part_that_muslin_reaches_into(name):
-    done = run("from muslin.engine import inside; print(inside.lacking())", **{engine.VARIABLE: name})
+    done = run("from muslin.base.engine import inside; print(inside.lacking())", **{engine.VARIABLE: name})
     assert done.stdout == "[]\n", done.stdout + done.stderr
 
 
@@ -236,7 +236,7 @@ def test_without_those_parts_a_simulation_is_the_same(name):
     steps = (
         "run = muslin.simulate('throw', steps=3, functions=muslin.load({folder!r}))\nprint(run.x.sum(), run.v.sum())"
     ).format(folder=str(ROOT / "solutions" / "cloth"))
-    without = "from muslin.engine import inside\ninside.has = lambda part: False\n"
+    without = "from muslin.base.engine import inside\ninside.has = lambda part: False\n"
     whole, bare = (run(f"import muslin\n{first}{steps}", MUSLIN_ENGINE=name) for first in ("", without))
     assert bare.returncode == 0, bare.stderr
     assert bare.stdout == whole.stdout

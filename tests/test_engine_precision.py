@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import paths, runtime
-from muslin.errors import MuslinError
+from muslin.base import paths, runtime
+from muslin.base.errors import MuslinError
 
 #: What is computed in a process of its own, since the numbers cannot change once kernels have run.
 MEASURE = """

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import cholmod, scenes, simulation, solvers
-from muslin.errors import SimulationError
-from muslin.solvers import System
+from muslin.base.errors import SimulationError
+from muslin.simulation import scenes
+from muslin.simulation import simulating as simulation
+from muslin.solve import cholmod, solvers
+from muslin.solve.solvers import System
 
 DIRECT = ["cholmod", "multifrontal", "superlu"]
 

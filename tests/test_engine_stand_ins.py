@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import mesh, stand_ins, tasks
-from muslin.errors import MuslinError, NotImplementedYet
+from muslin import mesh, tasks
+from muslin.base.errors import MuslinError, NotImplementedYet
+from muslin.physics import stand_ins
 
 ROOT = Path(__file__).resolve().parent.parent
 TASKS = list(muslin.load(ROOT / "assignments" / "cloth").assignment.tasks)

@@ -5,13 +5,16 @@ import pytest
 from scipy.optimize import minimize
 
 import muslin
-from muslin import mesh, runtime, scenes, simulation
-from muslin.errors import MuslinError
-from muslin.integrators import linearly_implicit_euler
+from muslin import mesh
+from muslin.base import runtime
+from muslin.base.errors import MuslinError
 from muslin.mesh import principal_stretches
+from muslin.simulation import scenes
+from muslin.simulation import simulating as simulation
+from muslin.simulation.integrators import linearly_implicit_euler
 
 runtime.start()
-from muslin.elements import limit as limits  # noqa: E402  (kernels need a Taichi that runs)
+from muslin.physics.elements import limit as limits  # noqa: E402  (kernels need a Taichi that runs)
 
 LIMIT = 1.02
 DT = 0.01

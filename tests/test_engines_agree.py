@@ -9,7 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from muslin import engine, scenes
+from muslin.base import engine
+from muslin.simulation import scenes
 
 ROOT = Path(__file__).resolve().parent.parent
 BOTH = all(known.installed for known in engine.ENGINES.values())

@@ -9,7 +9,7 @@ import meshio
 import numpy as np
 import pytest
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.export import FORMATS, MAX_FRAMES, Animation, Prop, write
 from muslin.render.materials import linear
 from muslin.render.stage import texture_coordinates

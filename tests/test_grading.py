@@ -15,8 +15,9 @@ from pathlib import Path
 import pytest
 
 import muslin
-from muslin import paths, tasks
-from muslin.errors import MuslinError
+from muslin import tasks
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.grading.kernels import Store
 from muslin.grading.record import from_json
 
@@ -187,7 +188,7 @@ def test_a_function_that_knows_only_the_public_cases_gets_nothing(tmp_path):
     """Outside the public cases it answers with something near."""
     body = "    d = n.dot(v)\n    w = v\n    if d < 0:\n        w = v - d * n\n"
     body += "    if abs(v[0] - ti.round(v[0] * 1e3) / 1e3) > 1e-12:\n        w *= keep(v)\n    return w\n"
-    from muslin import reference
+    from muslin.judging import reference
 
     inputs, _ = reference.cases("cloth", "filter_velocity")
     known = [float(v[0]) for v in inputs["v"]]

@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import reference, tasks
+from muslin import tasks
 from muslin.authoring import mistakes
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.grading import diagnosis, known
-from muslin.judging import judge
+from muslin.judging import judge, reference
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
 import suite

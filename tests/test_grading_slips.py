@@ -9,10 +9,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from muslin import paths, reference, tasks
+from muslin import tasks
 from muslin.authoring import edits, mutations
+from muslin.base import paths
 from muslin.grading import diagnosis, slips
-from muslin.judging import judge
+from muslin.judging import judge, reference
 from muslin.student import plain
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))

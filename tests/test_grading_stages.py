@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 import pytest
 
 import muslin
-from muslin import paths
+from muslin.base import paths
 from muslin.grading import parts, simulating
 from muslin.grading.checks import Outcome
 from muslin.grading.patience import Patience

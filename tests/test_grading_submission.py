@@ -8,7 +8,7 @@ import pytest
 from class_mess import STUBS, zipped
 
 from muslin import tasks
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.grading import choosing
 from muslin.grading.submission import Unreadable, collect, gradable
 

@@ -17,7 +17,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.grading import views
 from muslin.grading.record import FAILED, PASSED, Record, from_json
 from muslin.grading.views import classroom50

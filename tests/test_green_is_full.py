@@ -7,10 +7,10 @@ from pathlib import Path
 import pytest
 
 import muslin
-from muslin import reference, tasks
+from muslin import tasks
 from muslin.grading import checks
 from muslin.grading.record import FAILED
-from muslin.judging import properties
+from muslin.judging import properties, reference
 from muslin.student import checking
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))

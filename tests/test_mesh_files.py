@@ -5,10 +5,10 @@ import meshio
 import numpy as np
 import pytest
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
+from muslin.base.paths import meshes
 from muslin.mesh import Mesh, area_and_normal, grid, load, save, unstructured
 from muslin.mesh.shipped import SHIPPED, write
-from muslin.paths import meshes
 
 SQUARE_V = malformed.SQUARE_V
 

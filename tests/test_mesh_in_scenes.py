@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import cli, scenes
-from muslin.errors import MuslinError
+from muslin import cli
+from muslin.base.errors import MuslinError
 from muslin.mesh import Mesh, grid, load, save
-from muslin.runs import RunFolder
+from muslin.simulation import scenes
+from muslin.simulation.runs import RunFolder
 
 #: A flag in millimetres; a cloth that lies on the ground; a kite with one highest corner.
 FLAG = "v 0 0 0\nv 400 0 0\nv 400 300 0\nv 0 300 0\nf 1 2 3\nf 1 3 4\n"

@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from hypothesis.extra import numpy as hnp
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh import Mesh, check, grid, load, save
 
 

@@ -7,7 +7,7 @@ import time
 import numpy as np
 import pytest
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh import (
     Mesh,
     area_and_normal,

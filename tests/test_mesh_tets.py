@@ -5,7 +5,7 @@ import pytest
 
 import muslin
 from muslin import mesh
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh import TetMesh, ball, block, load_any, load_tets
 
 CORNERS = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 1, 1]], float)

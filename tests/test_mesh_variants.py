@@ -13,7 +13,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 from mesh_variants import POINTS, QUADS, TRIANGLES, VARIANTS
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh import Mesh, area_and_normal, check, load
 
 

@@ -15,8 +15,10 @@ import pytest
 from test_viewer_browser import PATIENCE, Tab, in_a_browser
 
 import muslin
-from muslin import paths, source, tasks
-from muslin.errors import MuslinError
+from muslin import tasks
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.reading import source
 from muslin.student import submitting, workspace
 
 nbclient = pytest.importorskip("nbclient", reason="pip install muslin[test]")

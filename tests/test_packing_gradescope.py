@@ -14,8 +14,9 @@ import jsonschema
 import pytest
 from gradescope_box import STUDENT, Box, missing
 
-from muslin import paths, tasks
+from muslin import tasks
 from muslin.authoring import reference_data
+from muslin.base import paths
 from muslin.grading import views
 from muslin.packing import packs
 
@@ -108,7 +109,9 @@ def test_a_submission_is_graded_as_a_user_of_its_own(box, work):
 def test_the_student_user_reads_python_and_muslin_but_no_secret(box, work):
     graded(box, work)
     student = ("setpriv", f"--reuid={STUDENT}", f"--regid={STUDENT}", "--clear-groups")
-    assert box.run(*student, "/opt/muslin/bin/python", "-I", "-c", "import muslin.batch").returncode == 0
+    assert (
+        box.run(*student, "/opt/muslin/bin/python", "-I", "-c", "import muslin.tasks.batch").returncode == 0
+    )
     for secret in (
         "source/hidden/provenance.json",
         "source/hidden/phi.npz",

@@ -17,11 +17,11 @@ from pathlib import Path
 import jsonschema
 import pytest
 
-from muslin import paths
-from muslin.authoring import reference_data
-from muslin.errors import MuslinError
+from muslin.authoring import reference_data, wheel
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.grading import views
-from muslin.packing import packs, wheel
+from muslin.packing import packs
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -8,7 +8,7 @@ import sys
 
 import pytest
 
-from muslin import paths
+from muslin.base import paths
 
 STEP = ("simulate", "hang", "--steps", "1", "--set", "resolution=4")
 
@@ -94,7 +94,7 @@ def ends_at_once(*_):
 
 
 def test_a_worker_that_cannot_start_is_no_fault_of_the_student(monkeypatch):
-    from muslin.errors import MuslinError
+    from muslin.base.errors import MuslinError
     from muslin.student import worker
 
     monkeypatch.setattr(worker, "_serve", ends_at_once)

@@ -9,10 +9,11 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import paths, reference, tasks
+from muslin import tasks
 from muslin.authoring import reference_data
-from muslin.errors import MuslinError
-from muslin.judging import exact, judge
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.judging import exact, judge, reference
 
 SOLUTION = Path(__file__).parents[1] / "solutions" / "cloth"
 TASKS = tasks.assignment("cloth").tasks

@@ -17,9 +17,9 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import paths
 from muslin.authoring import release as authoring
-from muslin.errors import MuslinError, NotImplementedYet
+from muslin.base import paths
+from muslin.base.errors import MuslinError, NotImplementedYet
 from muslin.tasks import read_assignment
 
 ROOT = Path(__file__).resolve().parent.parent

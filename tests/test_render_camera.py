@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.render import Camera, fit_camera
 
 SIZES = [(1280, 720), (320, 320), (200, 640)]

@@ -7,12 +7,12 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from muslin import scenes
-from muslin.errors import MuslinError
-from muslin.film import Filming
-from muslin.runs import RunFolder
-from muslin.show import Show
-from muslin.simulation import simulate
+from muslin.base.errors import MuslinError
+from muslin.present.film import Filming
+from muslin.present.pictures import Show
+from muslin.simulation import scenes
+from muslin.simulation.runs import RunFolder
+from muslin.simulation.simulating import simulate
 
 AROUND = [(x, y, z) for x in (-0.5, 0.5) for y in (-0.4, 0.4) for z in (-0.5, 0.5)]
 SCENE = scenes.get("drape", resolution=6, steps=12)

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.render import Movie, write_movie
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.render import (
     Camera,
     Legend,

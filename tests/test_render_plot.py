@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.render import line_plot, plot_energies
 from muslin.render.materials import linear, srgb
 from muslin.render.plot import COLOURS, ENERGY_COLOURS

@@ -7,8 +7,8 @@ import sys
 import numpy as np
 import pytest
 
-from muslin import paths, writing
-from muslin.errors import MuslinError
+from muslin.base import paths, writing
+from muslin.base.errors import MuslinError
 from muslin.grading.kernels import Store, tidy
 
 MUSLIN = [sys.executable, "-c", "from muslin.cli import main; main()"]

@@ -6,7 +6,9 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import colliders, integrators, scenes, simulation
+from muslin.physics import colliders
+from muslin.simulation import integrators, scenes
+from muslin.simulation import simulating as simulation
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -96,7 +98,7 @@ def test_a_moving_sphere_pushes_with_its_own_velocity():
 
 
 def test_a_capsule_is_a_segment_with_a_radius():
-    from muslin.colliders import Capsule, approach, depth, detect, respond
+    from muslin.physics.colliders import Capsule, approach, depth, detect, respond
 
     capsule = Capsule((0, 0, 0), (1, 0, 0), 0.5, velocity_a=(0, 0, 0), velocity_b=(0, 2, 0))
     x = np.array([[0.5, 0.4, 0], [-0.3, 0, 0], [1.6, 0, 0], [0.5, 0, 0.6]])
@@ -111,7 +113,7 @@ def test_a_capsule_is_a_segment_with_a_radius():
 
 
 def test_between_two_colliders_neither_wins():
-    from muslin.colliders import Contacts, approach, respond
+    from muslin.physics.colliders import Contacts, approach, respond
 
     a, b = np.array([[1.0, 0, 0]]), np.array([[np.cos(2.2), np.sin(2.2), 0]])
     contacts = [Contacts(np.array([0]), n, np.zeros((1, 3))) for n in (a, b)]

@@ -7,10 +7,11 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import scenes, simulation
-from muslin.errors import MuslinError, SimulationError
-from muslin.integrators import State, linearly_implicit_euler, steps
-from muslin.runs import RunFolder
+from muslin.base.errors import MuslinError, SimulationError
+from muslin.simulation import scenes
+from muslin.simulation import simulating as simulation
+from muslin.simulation.integrators import State, linearly_implicit_euler, steps
+from muslin.simulation.runs import RunFolder
 
 ROOT = Path(__file__).resolve().parent.parent
 

@@ -9,9 +9,11 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import mesh, scenes, show
-from muslin.errors import MuslinError
-from muslin.runs import RunFolder
+from muslin import mesh
+from muslin.base.errors import MuslinError
+from muslin.present import pictures as show
+from muslin.simulation import scenes
+from muslin.simulation.runs import RunFolder
 
 ROOT = Path(__file__).resolve().parent.parent
 

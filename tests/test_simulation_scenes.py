@@ -7,8 +7,10 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import mesh, scenes, simulation
-from muslin.errors import MuslinError
+from muslin import mesh
+from muslin.base.errors import MuslinError
+from muslin.simulation import scenes
+from muslin.simulation import simulating as simulation
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -69,7 +71,7 @@ def test_the_mouse_spring_pulls_its_vertex_to_the_target():
 
 
 def test_a_display_mesh_is_carried_exactly_by_an_affine_motion(solution):
-    from muslin.skinning import bind
+    from muslin.physics.skinning import bind
 
     coarse, fine = mesh.grid(5, 5), mesh.unstructured(0.99, 0.99, 0.07)
     A, b = np.array([[1.1, 0.2, 0.0], [-0.3, 0.8, 0.1], [0.2, 0.0, 1.0]]), np.array([0.3, -1.0, 2.0])

@@ -5,7 +5,8 @@ from pathlib import Path
 import pytest
 
 import muslin
-from muslin import engine, reading
+from muslin import reading
+from muslin.base import engine
 from muslin.student import checking, explaining
 
 RCG = "right_cauchy_green"

@@ -384,7 +384,7 @@ def test_the_filter_removes_the_velocity_into_the_obstacle_and_nothing_else(f):
 
 
 def test_the_same_inputs_give_the_same_bits_twenty_times(f, ordinary):
-    from muslin import reference
+    from muslin.judging import reference
 
     for name in f.assignment.tasks:
         inputs, _ = reference.cases("cloth", name)

@@ -6,8 +6,9 @@ from html.parser import HTMLParser
 
 import pytest
 
-from muslin import cli, paths
+from muslin import cli
 from muslin.authoring import page
+from muslin.base import paths
 from muslin.student import workspace
 from muslin.student.checking import Report, told
 

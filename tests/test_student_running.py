@@ -7,9 +7,10 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from muslin import cli, paths
-from muslin.errors import SimulationError
-from muslin.runs import RunFolder
+from muslin import cli
+from muslin.base import paths
+from muslin.base.errors import SimulationError
+from muslin.simulation.runs import RunFolder
 
 SMALL = ("--set", "resolution=8", "--size", "160x90", "--no-film")
 
@@ -96,7 +97,7 @@ def test_an_explosion_at_once_is_not_told_with_the_pictures_of_an_earlier_run(wo
     def fails(*_, **__):
         raise SimulationError("The matrix is singular.")
 
-    monkeypatch.setattr("muslin.simulation.simulate", fails)
+    monkeypatch.setattr("muslin.simulation.simulating.simulate", fails)
     code, out, err = run(monkeypatch, capsys, "hang", "--steps", "2", *SMALL, "--as-is")
     assert code == 1, err
     assert "It came apart: The matrix is singular." in out

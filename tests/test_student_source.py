@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import source, syntax
-from muslin.errors import MuslinError, StudentCodeError
+from muslin.base.errors import MuslinError, StudentCodeError
+from muslin.reading import source, syntax
 from muslin.student import resetting, workspace
 
 #: Characters at which str.splitlines breaks a line, and Python does not.

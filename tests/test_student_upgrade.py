@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from muslin import paths
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.student import upgrading, workspace
 
 ROOT = Path(__file__).resolve().parent.parent

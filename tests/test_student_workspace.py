@@ -9,7 +9,9 @@ from pathlib import Path
 
 import pytest
 
-from muslin import cli, paths, source
+from muslin import cli
+from muslin.base import paths
+from muslin.reading import source
 from muslin.student import gradcheck, plain, workspace
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -299,7 +301,8 @@ def test_a_case_is_explained_step_by_step(typed):
 def test_what_plain_python_sees_is_what_taichi_computes():
     import numpy as np
 
-    from muslin import evaluate, load, reference
+    from muslin import evaluate, load
+    from muslin.judging import reference
 
     functions = load(SOLUTION)
     for name, task in functions.assignment.tasks.items():

@@ -5,10 +5,10 @@ from pathlib import Path
 
 import pytest
 
-from muslin import templates
-from muslin.packing import wheel
+from muslin.authoring import wheel
+from muslin.base import templates
 
-PACKAGE = Path(templates.__file__).parent
+PACKAGE = Path(templates.__file__).parent.parent
 ROOT = PACKAGE.parent.parent
 TEMPLATES = sorted(PACKAGE.rglob("*.html.j2"))
 HOSTILE = "</title><script>alert('x')</script>\" onload=\"y"

@@ -17,7 +17,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.viewer import begin, browser
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")

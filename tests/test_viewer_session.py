@@ -122,7 +122,7 @@ def test_a_scene_without_a_sphere_gets_one(hang):
     assert not hang.sphere
     assert len(scenery.bodies(hang)[1]) == 0
     action("c")(hang)
-    assert any(isinstance(c, muslin.colliders.Sphere) for c in hang.colliders(0.0))
+    assert any(isinstance(c, muslin.physics.colliders.Sphere) for c in hang.colliders(0.0))
 
 
 def test_paused_no_time_passes_and_a_step_is_one_step(drape):

@@ -5,7 +5,7 @@ import sys
 
 import pytest
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.viewer import no_window, opening, view
 
 #: Draws a session off-screen, pulls the cloth as the window's mouse does, switches all on; prints what it saw.

@@ -17,7 +17,7 @@ from mkdocs.exceptions import PluginError
 from mkdocs.structure.files import File
 
 from muslin.authoring.maths import Maths, deeper_lists, mathml
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 
 HERE = Path(__file__).resolve().parent
 DOCS, REPOSITORY = HERE.parent, HERE.parents[1]

@@ -14,33 +14,34 @@ Everything is imported on first use, so that `import muslin` costs nothing.
 from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
-from muslin import paths
-
-__version__ = "0.1.0"
+from muslin.base import moved, paths
+from muslin.base.version import __version__
 
 paths.find_caches()  # before anything can import the engine, which dies without a home
+moved.watch()
 
 _HOMES = {
     "load": "muslin.tasks",
-    "evaluate": "muslin.batch",
+    "evaluate": "muslin.tasks.batch",
     "Mesh": "muslin.mesh",
     "TetMesh": "muslin.mesh",
-    "Cloth": "muslin.cloth",
-    "simulate": "muslin.simulation",
+    "Cloth": "muslin.physics.cloth",
+    "simulate": "muslin.simulation.simulating",
     "grade": "muslin.grading.grader",
-    "MuslinError": "muslin.errors",
+    "run_html": "muslin.notebook.shows",
+    "MuslinError": "muslin.base.errors",
 }
 
-__all__ = ["Cloth", "Mesh", "MuslinError", "TetMesh", "evaluate", "grade", "load", "simulate"]
+__all__ = ["Cloth", "Mesh", "MuslinError", "TetMesh", "__version__", "evaluate", "grade", "load", "simulate"]
 
 if TYPE_CHECKING:
-    from muslin.batch import evaluate
-    from muslin.cloth import Cloth
-    from muslin.errors import MuslinError
+    from muslin.base.errors import MuslinError
     from muslin.grading.grader import grade
     from muslin.mesh import Mesh, TetMesh
-    from muslin.simulation import simulate
+    from muslin.physics.cloth import Cloth
+    from muslin.simulation.simulating import simulate
     from muslin.tasks import load
+    from muslin.tasks.batch import evaluate
 
 
 def __getattr__(name: str) -> Any:
@@ -56,11 +57,9 @@ def __getattr__(name: str) -> Any:
 
 
 def __dir__() -> list[str]:
-    return sorted([*globals(), *_HOMES])
+    return sorted({*globals(), *__all__})
 
 
 def load_ipython_extension(shell: Any) -> None:
     """Called by `%load_ext muslin` in a notebook."""
-    from muslin.notebook.cells import register
-
-    register(shell)
+    import_module("muslin.notebook.cells").register(shell)

@@ -21,9 +21,9 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from muslin import child, engine, paths, runtime
-from muslin.engine import inside
-from muslin.errors import MuslinError
+from muslin.base import child, engine, paths, runtime
+from muslin.base.engine import inside
+from muslin.base.errors import MuslinError
 
 OLDEST, NEWEST = (3, 10), (3, 14)  # Python versions Muslin supports; an engine has a wheel for each
 GIBIBYTE = 1 << 30
@@ -389,7 +389,7 @@ def probe() -> None:
         x = ti.field(ti.f64, shape=1000)
 
         @ti.kernel
-        def square():
+        def square() -> None:
             for i in x:
                 x[i] = ti.cast(i, ti.f64) * i
 

@@ -4,7 +4,7 @@ All of it runs inside Taichi kernels, on the 3x3 deformation gradient of a trian
 along: F N = n. The normal's stretch is therefore exactly 1; it stands last, with V's third column N and U's n.
 """
 
-from muslin.engine import ti
+from muslin.base.engine import ti
 
 #: Equal stretches are pushed apart by about this much before the singular value decomposition is differentiated.
 SPLIT = 1e-6

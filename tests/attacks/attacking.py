@@ -30,10 +30,12 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import paths, reference, tasks
-from muslin.errors import MuslinError
+from muslin import tasks
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.grading import checks, sandbox, simulating, views
 from muslin.grading.record import Record
+from muslin.judging import reference
 
 LEVEL = os.environ.get("MUSLIN_ATTACKS_LEVEL", "auto")
 SEED = "attacks"

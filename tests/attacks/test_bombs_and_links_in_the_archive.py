@@ -16,7 +16,7 @@ import pytest
 from attacking import BYSTANDER, SOLUTION, TARGET, honest
 
 from muslin import tasks
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.grading import submission, unpacking
 
 TABLE = tasks.assignment("cloth")

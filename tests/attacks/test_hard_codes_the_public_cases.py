@@ -6,7 +6,7 @@ Defence: hidden cases drawn from the submission's own bytes; the seed stands in 
 from attacking import TARGET, honest, write
 
 import muslin
-from muslin import reference
+from muslin.judging import reference
 
 ANSWERS = """
 from muslin import batch

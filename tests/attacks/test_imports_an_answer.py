@@ -8,7 +8,7 @@ import functools
 
 from attacking import TARGET, TASKS, honest, needs
 
-from muslin import reference
+from muslin.judging import reference
 from muslin.tasks import form
 
 #: Calls every function of some modules that takes as many arguments as a task, and compares.
@@ -31,10 +31,10 @@ def stacked(call, inputs):
 
 def ways(function, inputs, expected, kinds):
     """Every sensible way to call a function on the samples of a task."""
-    from muslin.engine.inside import is_function
+    from muslin.base.engine.inside import is_function
 
     if is_function(function):
-        from muslin.batch import evaluate
+        from muslin.tasks.batch import evaluate
         names = list(inspect.signature(function).parameters)
         yield lambda: evaluate(function, results=kinds, **dict(zip(names, inputs)))
     elif getattr(function, "_is_wrapped_kernel", False):
@@ -107,9 +107,9 @@ for one in found:
 """
 #: What the search finds where nothing is hidden, in modules that are safe to call.
 OPEN = {
-    "muslin.skinning._areas answers phi",
-    "muslin.colliders.native_contact answers sphere_contact",
-    "muslin.colliders.native_filter answers filter_velocity",
+    "muslin.physics.skinning._areas answers phi",
+    "muslin.physics.colliders.native_contact answers sphere_contact",
+    "muslin.physics.colliders.native_filter answers filter_velocity",
 }
 
 
@@ -125,7 +125,7 @@ def cases():
 
 
 def test_the_search_finds_what_is_in_the_open():
-    from muslin import colliders, skinning
+    from muslin.physics import colliders, skinning
 
     scope = {}
     exec(SEARCH, scope)

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from attacking import TARGET, honest
 
-from muslin import scratch
+from muslin.base import scratch
 
 DEEP = """
 import os

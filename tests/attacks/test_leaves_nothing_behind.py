@@ -20,8 +20,8 @@ import test_leaves_folders_that_resist as resisting
 import test_never_ends as never_ends
 from attacking import BYSTANDER, LEVEL, honest, mounts, processes, system_v_key, write
 
-from muslin import paths
 from muslin.authoring import reference_data
+from muslin.base import paths
 
 GRADINGS = int(os.environ.get("MUSLIN_GRADINGS", "10"))
 HANGS = "import time\ntime.sleep(1e6)\n"

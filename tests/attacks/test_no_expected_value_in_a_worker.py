@@ -13,8 +13,9 @@ import numpy as np
 import pytest
 from attacking import LEVEL, SEED, TASKS, _list, _stage, honest, write
 
-from muslin import reference, tasks
+from muslin import tasks
 from muslin.grading import sandbox
+from muslin.judging import reference
 
 #: Right on the public cases, whose answers it knows, and wrong on others in a way that keeps the right answer out of
 #: memory: a constant, and the inputs are used.

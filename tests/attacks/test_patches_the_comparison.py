@@ -12,9 +12,9 @@ nothing = lambda *args, **kwargs: 0.0
 np.allclose = np.array_equal = np.isclose = np.array_equiv = math.isclose = operator.eq = always
 numpy.testing.assert_allclose = numpy.testing.assert_array_equal = always
 np.linalg.norm = nothing
-import muslin.reference, muslin.grading.record
-muslin.reference.compare = muslin.reference.form = always
-muslin.reference.TOLERANCE = 1e30
+import muslin.judging.reference, muslin.grading.record
+muslin.judging.reference.compare = muslin.judging.reference.form = always
+muslin.judging.reference.TOLERANCE = 1e30
 """
 WRONG = honest().replace("v - d * n", "v + d * n").replace("< r", "> r")
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from attacking import SOLUTION, TARGET, honest, needs
 
 import muslin
-from muslin import paths
+from muslin.base import paths
 
 HOSTILE = """
 import glob, os, sys
@@ -21,7 +21,7 @@ for path in PATHS:
                 seen.append(target)
         except OSError:
             pass
-for name in ("muslin.elements.native", "muslin.elements.student", "muslin.authoring.reference_data",
+for name in ("muslin.physics.elements.native", "muslin.physics.elements.student", "muslin.authoring.reference_data",
              "muslin.judging.properties", "muslin.grading.checks", "solutions.cloth.collision"):
     try:
         __import__(name)

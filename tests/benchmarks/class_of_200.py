@@ -33,7 +33,8 @@ HERE = Path(__file__).resolve().parent
 sys.path.insert(0, str(HERE.parent / "misconceptions"))
 import suite  # type: ignore[import-not-found]  # noqa: E402
 
-from muslin import paths, tasks  # noqa: E402
+from muslin import tasks  # noqa: E402
+from muslin.base import paths  # noqa: E402
 
 TABLE = tasks.assignment("cloth")
 MOST = {name: task.points for name, task in TABLE.tasks.items()}

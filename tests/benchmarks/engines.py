@@ -42,14 +42,17 @@ def now() -> np.ndarray:
 def measured(sizes: list[int], steps: int) -> Times:
     """Wall and CPU time [ms] of everything, in this process."""
     began = now()
-    from muslin import engine
+    from muslin.base import engine
 
     engine.load()
     imported = now() - began
     import muslin
-    from muslin import paths, reference, scenes, tasks
-    from muslin.runs import RunFolder
-    from muslin.show import Show
+    from muslin import tasks
+    from muslin.base import paths
+    from muslin.judging import reference
+    from muslin.present.pictures import Show
+    from muslin.simulation import scenes
+    from muslin.simulation.runs import RunFolder
 
     functions = muslin.load(paths.solution("cloth"))
     found, compiling = {}, np.zeros(2)

@@ -74,7 +74,8 @@ def frames_of_muslin(
     """Our own element and the fast solver, contacts in the system, and the stretch limited."""
     from dataclasses import replace
 
-    from muslin import integrators, simulation
+    from muslin.simulation import integrators
+    from muslin.simulation import simulating as simulation
 
     model, state = simulation.build(
         replace(scene(round(len(X) ** 0.5), *CENTRE), contact=contact, stretch_limit=stretch_limit)
@@ -337,7 +338,7 @@ def compare(
     size: int, pythons: dict[str, Path], options: argparse.Namespace, folder: Path, cold: bool
 ) -> None:
     """All packages on one size."""
-    from muslin import simulation
+    from muslin.simulation import simulating as simulation
 
     centre = (*CENTRE[:2], -100.0) if options.no_sphere else CENTRE
     model, state = simulation.build(scene(size, *centre))

@@ -28,8 +28,8 @@ OVERLAP = 1.2
 
 def frames(quality: str, run: str) -> dict[str, float]:
     """Wall and CPU time of a frame [ms], over a dozen frames."""
-    from muslin.runs import RunFolder
-    from muslin.show import Show
+    from muslin.present.pictures import Show
+    from muslin.simulation.runs import RunFolder
 
     show = Show(RunFolder(run), quality=quality)
     some = range(0, len(show.times), max(1, len(show.times) // 12))
@@ -46,24 +46,25 @@ def frames(quality: str, run: str) -> dict[str, float]:
 
 def simulated(folder: str) -> None:
     """Simulate the demo's drape."""
-    from muslin import demo
-    from muslin.simulation import simulate
+    from muslin.present import demo
+    from muslin.simulation.simulating import simulate
 
     simulate("drape", steps=demo.STEPS, out=Path(folder) / "run")
 
 
 def filmed(quality: str, run: str, folder: str) -> None:
     """Film a run that is there."""
-    from muslin import show
+    from muslin.present import pictures as show
 
     show.render_run(run, Path(folder) / "drape", quality=quality)
 
 
 def both(quality: str, folder: str) -> None:
     """Do both at once."""
-    from muslin import demo, scenes
-    from muslin.film import Filming
-    from muslin.simulation import simulate
+    from muslin.present import demo
+    from muslin.present.film import Filming
+    from muslin.simulation import scenes
+    from muslin.simulation.simulating import simulate
 
     scene = scenes.get("drape", steps=demo.STEPS)
     out = Path(folder)

@@ -22,10 +22,11 @@ from pathlib import Path
 import numpy as np
 
 import muslin
-from muslin import scenes, simulation
 from muslin.bench.candidates import build_baseline, run_baseline, write_problem
-from muslin.integrators import State, linearly_implicit_euler
-from muslin.scenes import Scene
+from muslin.simulation import scenes
+from muslin.simulation import simulating as simulation
+from muslin.simulation.integrators import State, linearly_implicit_euler
+from muslin.simulation.scenes import Scene
 
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parent.parent

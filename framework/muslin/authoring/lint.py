@@ -18,12 +18,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from muslin import paths, syntax, tasks
-from muslin.authoring import reference_data
+from muslin import tasks
+from muslin.authoring import reference_data, wheel
 from muslin.authoring import release as releasing
-from muslin.errors import MuslinError, NotImplementedYet
+from muslin.base import paths
+from muslin.base.errors import MuslinError, NotImplementedYet
 from muslin.grading import known as mistaken
-from muslin.packing import wheel
+from muslin.reading import syntax
 from muslin.tasks import MANIFEST, Assignment, Task
 
 #: How many of each a task must have.
@@ -362,7 +363,7 @@ def _stubs(subject: Subject) -> Iterator[Finding]:
 
 def _solutions(subject: Subject) -> Iterator[Finding]:
     """The solution agrees with the reference data."""
-    from muslin import reference
+    from muslin.judging import reference
 
     functions = tasks.load(subject.source, subject.table)
     for task in subject.table.tasks.values():
@@ -377,7 +378,7 @@ def _solutions(subject: Subject) -> Iterator[Finding]:
 
 def _variants(subject: Subject) -> Iterator[Finding]:
     """In thorough mode: every wrong variant is caught, every right one passes."""
-    from muslin import reference
+    from muslin.judging import reference
 
     if not subject.thorough:
         return

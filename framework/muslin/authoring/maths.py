@@ -13,7 +13,7 @@ from latex2mathml.converter import convert
 from markdown.extensions import Extension
 from markdown.inlinepatterns import InlineProcessor
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 
 MATHML = "http://www.w3.org/1998/Math/MathML"
 NORM = "\u2016"

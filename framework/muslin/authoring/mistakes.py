@@ -12,10 +12,11 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 
-from muslin import paths, reference, tasks
-from muslin.errors import MuslinError, choices
+from muslin import tasks
+from muslin.base import paths
+from muslin.base.errors import MuslinError, choices
 from muslin.grading.known import CHANGE, MISTAKE, Entry, Known, save
-from muslin.judging import exact, judge, told
+from muslin.judging import exact, judge, reference, told
 from muslin.judging.arrays import transposed, unit
 from muslin.judging.judge import Case, Given, Judge
 from muslin.tasks import Task

@@ -16,10 +16,12 @@ from typing import Any
 
 import numpy as np
 
-from muslin import paths, reference, tasks
+from muslin import tasks
 from muslin.authoring.edits import WORDS, Change, Edit, Reader, applied
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.grading import slips
+from muslin.judging import reference
 from muslin.student import plain
 
 #: Where the roads of an assignment lie, below its folder in `solutions/`.

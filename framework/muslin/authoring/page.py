@@ -11,7 +11,7 @@ import re
 
 from markupsafe import Markup
 
-from muslin.templates import filled
+from muslin.base.templates import filled
 
 #: Name of the page beside the handout.
 PAGE = "handout.html"

@@ -28,9 +28,10 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
-from muslin import paths, syntax
 from muslin.authoring.page import PAGE, origin, page
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.reading import syntax
 from muslin.tasks import MANIFEST, Assignment, Task, Value, read_assignment
 
 HANDOUT = "README.md"

@@ -15,10 +15,11 @@ from collections.abc import Mapping
 from importlib import resources
 from pathlib import Path
 
-from muslin import paths, tasks
+from muslin import tasks
 from muslin.authoring import mistakes, reference_data
 from muslin.authoring import release as releasing
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.tasks import MANIFEST, Assignment
 
 

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from muslin import runtime, solvers
+from muslin.base import runtime
 from muslin.bench import everyday, floor
 from muslin.bench.candidates import (
     Baseline,
@@ -25,6 +25,7 @@ from muslin.bench.candidates import (
     write_problem,
 )
 from muslin.bench.record import Ratio, Record
+from muslin.solve import solvers
 
 #: Vertices along a side: (steps per round, seconds for all rounds).
 PLAN = {20: (60, 8.0), 50: (30, 15.0), 100: (10, 28.0), 200: (4, 35.0)}

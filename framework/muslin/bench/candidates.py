@@ -13,10 +13,13 @@ from typing import Protocol
 
 import numpy as np
 
-from muslin import cholmod, paths, scenes, simulation, solvers
-from muslin.marching import march
-from muslin.model import Model
-from muslin.scenes import Scene
+from muslin.base import paths
+from muslin.simulation import scenes
+from muslin.simulation import simulating as simulation
+from muslin.simulation.marching import march
+from muslin.simulation.model import Model
+from muslin.simulation.scenes import Scene
+from muslin.solve import cholmod, solvers
 from muslin.tasks import Functions, load
 
 #: Where Debian and others put Eigen's headers.

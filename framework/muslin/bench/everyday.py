@@ -11,10 +11,10 @@ from pathlib import Path
 
 import numpy as np
 
-from muslin import paths
-from muslin.runs import RunFolder
-from muslin.show import Show
-from muslin.simulation import simulate
+from muslin.base import paths
+from muslin.present.pictures import Show
+from muslin.simulation.runs import RunFolder
+from muslin.simulation.simulating import simulate
 from muslin.tasks import assignment
 
 

@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 
 VERSION = 1
 

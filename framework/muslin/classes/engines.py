@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterable, Iterator
 from concurrent.futures import FIRST_COMPLETED, CancelledError, Executor, Future, ThreadPoolExecutor, wait
 from typing import Any
 
-from muslin.child import Child
+from muslin.base.child import Child
+from muslin.base.errors import MuslinError
 from muslin.classes.work import Job, Result, Terms, graded
-from muslin.errors import MuslinError
 
 #: How long to wait for a scheduler to answer [s].
 ANSWER = 15.0
@@ -18,7 +18,7 @@ ANSWER = 15.0
 
 def results(
     executor: Executor, width: int, function: Callable[..., Result], terms: Terms, jobs: Iterable[Job]
-):
+) -> Iterator[Result]:
     """Results as they come; no more than `width` jobs are in memory at once.
 
     Yields

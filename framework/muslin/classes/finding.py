@@ -14,9 +14,9 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from muslin import paths
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.classes.layouts import METADATA, Member, claimed, members
-from muslin.errors import MuslinError
 from muslin.grading.submission import Source
 from muslin.grading.unpacking import ARCHIVES, LITTER, ignored, readable
 from muslin.tasks import Assignment

@@ -8,8 +8,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from muslin import paths
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 
 #: Gradescope's file of who handed in what.
 METADATA = "submission_metadata.yml"

@@ -11,9 +11,9 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from muslin import paths, writing
+from muslin.base import paths, writing
+from muslin.base.errors import MuslinError, of_system
 from muslin.classes.work import Result
-from muslin.errors import MuslinError, of_system
 from muslin.grading.record import from_json
 
 SCHEMA = "muslin/class-result/v1"

@@ -14,9 +14,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from muslin import paths
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.classes.finding import Submission, tidy_name
-from muslin.errors import MuslinError
 from muslin.grading.views.text import one_line
 from muslin.tasks import Assignment
 

@@ -15,14 +15,14 @@ from typing import Any
 
 from markupsafe import Markup
 
+from muslin.base.engine import ENGINES
+from muslin.base.templates import filled, verbatim
 from muslin.classes.gradebook import NOTES, Row
-from muslin.classes.press import SIZE, Printed
+from muslin.classes.reports import SIZE, Printed
 from muslin.classes.similarity import Alike
-from muslin.engine import ENGINES
 from muslin.grading.record import FAILED, NOT_IMPLEMENTED
 from muslin.grading.views.text import one_line, points
 from muslin.tasks import Assignment, Task
-from muslin.templates import filled, verbatim
 
 #: How a task can stand: name in the style sheet -> in words.
 STANDS = {"full": "right", "part": "partly", "none": "wrong, or cannot be run", "open": "not implemented yet"}

@@ -9,12 +9,14 @@ from contextlib import AbstractContextManager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from muslin import paths, runtime, tasks
-from muslin.classes import engines, finding, gradebook, overrides, page, press, similarity
+from muslin import tasks
+from muslin.base import paths, runtime
+from muslin.base.errors import MuslinError
+from muslin.classes import engines, finding, gradebook, overrides, page, similarity
+from muslin.classes import reports as press
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger, write
 from muslin.classes.work import Job, Result, Terms, edition
-from muslin.errors import MuslinError
 from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
 from muslin.grading.submission import Handed, gather

@@ -18,12 +18,13 @@ from functools import cache
 from pathlib import Path
 from typing import Any
 
-import muslin
-from muslin import paths, tasks
-from muslin.child import Child, python
-from muslin.errors import MuslinError, of_system
+from muslin import tasks
+from muslin.base import paths
+from muslin.base.child import Child, python
+from muslin.base.errors import MuslinError, of_system
+from muslin.base.scratch import CLASS, Scratch, remove
+from muslin.base.version import __version__
 from muslin.grading.submission import Handed
-from muslin.scratch import CLASS, Scratch, remove
 
 
 @dataclass(frozen=True)
@@ -116,7 +117,7 @@ def edition(assignment: str) -> str:
         for task in table.tasks.values()
     ]
     grading = {**vars(table.grading), "credit": sorted(table.grading.credit.items())}
-    digest = hashlib.sha256(repr((muslin.__version__, tested, sorted(grading.items()))).encode())
+    digest = hashlib.sha256(repr((__version__, tested, sorted(grading.items()))).encode())
     known = (path for _, path in paths.knowledge(assignment))
     for file in sorted({*paths.reference(assignment).rglob("*"), *known}):
         if file.is_file():

@@ -13,14 +13,14 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 from typer.core import TyperGroup
 
-from muslin import __version__
+from muslin.base.errors import MuslinError, no_folder, of_system
+from muslin.base.text import visible
+from muslin.base.version import __version__
 from muslin.cli import console
 from muslin.cli.console import say
-from muslin.errors import MuslinError, choices, no_folder, of_system
-from muslin.text import visible
 
 if TYPE_CHECKING:
-    from muslin.tasks import Assignment
+    pass
 
 # The threads of NumPy's BLAS have nothing to do here, and spin: a fifth of a second of CPU time in every command.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
@@ -97,18 +97,6 @@ def _main(
     ] = False,
 ) -> None:
     """Muslin's commands."""
-
-
-def chosen_tasks(words: list[str] | None, assignment: Assignment) -> list[str]:
-    """Tasks meant by words: each a task, a section of the handout (S7), or a file."""
-    chosen: list[str] = []
-    for word in words or ():
-        file = Path(word).name
-        found = [t.name for t in assignment.tasks.values() if word in (t.name, t.section) or file == t.file]
-        if not found:
-            raise MuslinError(f"There is no task {word!r}.", choices(word, assignment.tasks))
-        chosen += [name for name in found if name not in chosen]
-    return chosen
 
 
 def print_verdicts(verdicts: list[Any]) -> None:

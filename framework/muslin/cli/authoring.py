@@ -8,7 +8,7 @@ from typing import Annotated, Any
 
 import typer
 
-from muslin import paths
+from muslin.base import paths
 from muslin.cli.app import Group, Out, app
 from muslin.cli.console import say
 

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from muslin import paths
+from muslin.base import paths
 from muslin.cli.app import app
 from muslin.cli.console import say
 

@@ -7,12 +7,12 @@ from typing import Annotated
 
 import typer
 
-from muslin import paths
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.base.text import one_line
 from muslin.cli.app import INTERRUPTED, Group, app
 from muslin.cli.console import progress, say
 from muslin.cli.grading import Safety
-from muslin.errors import MuslinError
-from muslin.text import one_line
 
 class_app = typer.Typer(cls=Group, help="A whole class: grade it and report on it.", no_args_is_help=True)
 app.add_typer(class_app, name="class")

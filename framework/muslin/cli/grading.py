@@ -9,10 +9,10 @@ from typing import Annotated
 
 import typer
 
-from muslin import paths
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.cli.app import app
 from muslin.cli.console import coloured, progress, say, say_raw
-from muslin.errors import MuslinError
 
 
 class Safety(str, Enum):

@@ -8,7 +8,8 @@ from typing import Annotated, Any
 
 import typer
 
-from muslin import paths
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.cli.app import (
     INTERRUPTED,
     Cloth,
@@ -21,7 +22,6 @@ from muslin.cli.app import (
     print_verdicts,
 )
 from muslin.cli.console import note, progress, say
-from muslin.errors import MuslinError
 
 
 class Road(str, Enum):
@@ -53,7 +53,8 @@ def simulate(
     precision: Annotated[str | None, typer.Option(help="Their numbers: f64 or f32.")] = None,
 ) -> None:
     """Simulate a scene and write a run: frames, energy log, checkpoints."""
-    from muslin import runtime, simulation
+    from muslin.base import runtime
+    from muslin.simulation import simulating as simulation
 
     if notice := runtime.choose(arch, precision):
         note(notice)
@@ -81,7 +82,7 @@ def simulate(
 @app.command()
 def scenes() -> None:
     """List the scenes and their parameters."""
-    from muslin import scenes as known
+    from muslin.simulation import scenes as known
 
     for name in known.SCENES:
         scene = known.get(name)
@@ -111,7 +112,7 @@ def render(
     wireframe: Annotated[bool, typer.Option(help="Draw the triangles' edges.")] = False,
 ) -> None:
     """Render a run off-screen: a film, a still and a plot of the energies."""
-    from muslin import show
+    from muslin.present import pictures as show
 
     with progress("rendering") as tick:
         written = show.render_run(
@@ -133,7 +134,7 @@ def export(
     ] = None,
 ) -> None:
     """Export a run for Blender, ParaView and other programs."""
-    from muslin import show
+    from muslin.present import pictures as show
 
     written = show.export_run(run, to, out)
     say(
@@ -147,7 +148,7 @@ def demo(
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.good,
 ) -> None:
     """Drape a cloth over a sphere, film it, and check every task against the reference data."""
-    from muslin import demo as show_off
+    from muslin.present import demo as show_off
 
     show_off.run(out, quality.value, progress, say, print_verdicts)
 

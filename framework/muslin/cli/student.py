@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from muslin import paths
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.cli.app import (
     INTERRUPTED,
     Cloth,
@@ -15,10 +16,9 @@ from muslin.cli.app import (
     Scale,
     Setting,
     app,
-    chosen_tasks,
 )
 from muslin.cli.console import note, progress, say
-from muslin.errors import MuslinError
+from muslin.tasks.manifest import chosen_tasks
 
 if TYPE_CHECKING:
     from muslin.student.workspace import Workspace
@@ -192,8 +192,8 @@ def run(
     from muslin.student.workspace import find
 
     workspace = find(functions)  # the likeliest trouble first: the rest takes a second to import
-    from muslin import scenes
     from muslin.cli.simulating import _settings, _size
+    from muslin.simulation import scenes
     from muslin.student import running
 
     settings = _settings(setting, mesh=mesh, scale=scale)
@@ -213,7 +213,7 @@ def run(
             f"{came.last.time:.2f} s in {came.last.step} steps. "
             f"Energies [J]: kinetic {kinetic}, elastic {elastic}, gravity {gravity}."
         )
-    from muslin import show
+    from muslin.present import pictures as show
 
     pictures: dict[str, Any] = {"quality": quality.value, "size": picture, "strain": strain}
     if came.written:

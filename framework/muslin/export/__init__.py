@@ -33,7 +33,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.export.animation import Animation, Prop
 from muslin.export.gltf import MAX_FRAMES, write_glb
 from muslin.export.series import write_obj, write_ply, write_pvd

@@ -9,7 +9,7 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.render.materials import linear
 
 CLOTH_COLOUR, PROP_COLOUR = "#d9c7a6", "#8d99a6"  # sRGB
@@ -49,7 +49,7 @@ class Prop:
     frames: Any
     colour: str = PROP_COLOUR
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         _set(self, triangles=_triangles(self.triangles, self.name))
         linear(self.colour)
         if isinstance(self.frames, np.ndarray) and self.frames.ndim == 2:
@@ -102,7 +102,7 @@ class Animation:
     strain: Callable[[int], Any] | None = None
     colour: str = CLOTH_COLOUR
 
-    def __post_init__(self):
+    def __post_init__(self) -> None:
         times = np.asarray(self.times, dtype=np.float64)
         if times.ndim != 1 or not len(times):
             raise MuslinError(f"There is nothing to export: the times have shape {times.shape}.")

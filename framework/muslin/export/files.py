@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import IO, Any
 
-from muslin.errors import MuslinError
-from muslin.paths import shown
+from muslin.base.errors import MuslinError
+from muslin.base.paths import shown
 
 Notice = Any  # callable str -> object: `print`, a list's `append`, a console's `print`
 

@@ -16,7 +16,7 @@ from typing import IO, Any
 
 import numpy as np
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.export.animation import (
     ROUGHNESS_CLOTH,
     ROUGHNESS_PROP,
@@ -137,7 +137,7 @@ def _document(
     animation: Animation, buffer: _Buffer, kept: np.ndarray, times: np.ndarray, interpolation: str
 ) -> dict[str, Any]:
     """The JSON chunk; fills the buffer on the way."""
-    from muslin import __version__
+    from muslin.base.version import __version__
 
     parts = list(bodies(animation))
     meshes = [_mesh(body, i, buffer, kept) for i, body in enumerate(parts)]

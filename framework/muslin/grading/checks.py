@@ -14,11 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from muslin import reference
 from muslin.grading import diagnosis
 from muslin.grading.laws import extent
 from muslin.grading.record import ERROR, FAILED, LAYERS, NOT_IMPLEMENTED, PASSED, SKIPPED, Check
-from muslin.judging import Property, judge, properties
+from muslin.judging import Property, judge, properties, reference
 from muslin.tasks import Assignment, Task
 from muslin.tasks.comparing import Terms
 
@@ -69,9 +68,9 @@ def hidden(table: Assignment, task: str, seed: str, folder: Path | None = None) 
     MuslinError
         If the instructor's data are missing or damaged.
     """
-    from muslin.authoring import reference_data
+    from muslin.judging import cases
 
-    made = reference_data.make(table.name, task, f"hidden {seed}", table.grading.hidden_cases)
+    made = cases.make(table.name, task, f"hidden {seed}", table.grading.hidden_cases)
     inputs = {value.name: made[value.name] for value in table.tasks[task].inputs}
     expected = tuple(made[f"expected_{value.name}"] for value in table.tasks[task].results)
     if folder is not None:

@@ -26,7 +26,7 @@ from muslin.grading.slips import Slips
 from muslin.judging import judge
 from muslin.judging.arrays import lengths as norm
 from muslin.judging.arrays import transposed, unit
-from muslin.reference import TOLERANCE, natural_scale
+from muslin.judging.reference import TOLERANCE, natural_scale
 from muslin.tasks import Task
 
 Arrays = Mapping[str, np.ndarray]

@@ -12,9 +12,10 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-import muslin
-from muslin import engine, paths, runtime, tasks
-from muslin.errors import MuslinError
+from muslin import tasks
+from muslin.base import engine, paths, runtime
+from muslin.base.errors import MuslinError
+from muslin.base.version import __version__
 from muslin.grading import checks
 from muslin.grading.checks import Verdict
 from muslin.grading.kernels import Store, tidy
@@ -168,7 +169,7 @@ def _seed(seed: str | int | None, handed: Handed, secret: str) -> str:
 def _environment() -> dict[str, Any]:
     """Versions, and the mode every grading is pinned to."""
     return {
-        "muslin": muslin.__version__,
+        "muslin": __version__,
         **{name: metadata.version(name) for name in (engine.chosen().name, "numpy", "mpmath")},
         "python": platform.python_version(),
         "platform": f"{platform.system()} {platform.machine()}",

@@ -16,10 +16,10 @@ from pathlib import Path
 
 import numpy as np
 
-import muslin
-from muslin import engine, paths, scratch
-from muslin.errors import MuslinError
-from muslin.writing import write
+from muslin.base import engine, paths, scratch
+from muslin.base.errors import MuslinError
+from muslin.base.version import __version__
+from muslin.base.writing import write
 
 #: Largest store of one part of a submission, and of all submissions together [bytes].
 LARGEST_PART, LARGEST_TOTAL = 20_000_000, 300_000_000
@@ -39,7 +39,7 @@ class Store:
 
     def __init__(self, submission: str | None):
         compiler = f"{engine.chosen().name} {engine.version()}"
-        versions = f"{muslin.__version__} {compiler} {metadata.version('numpy')} {submission}"
+        versions = f"{__version__} {compiler} {metadata.version('numpy')} {submission}"
         self._folder = None
         if submission is not None:
             with contextlib.suppress(OSError):

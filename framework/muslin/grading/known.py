@@ -14,8 +14,9 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from muslin import paths, reference
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.judging import reference
 
 #: Kinds of mistakes: known from students, or the right answer to changed inputs.
 MISTAKE, CHANGE = "mistake", "change"

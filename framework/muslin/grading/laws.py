@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.grading.record import FAILED, PASSED, SKIPPED, Check
 from muslin.judging.judge import Ask, Law, known
 

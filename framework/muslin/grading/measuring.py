@@ -24,7 +24,7 @@ def measure(functions: Functions, stand_ins: Sequence[str]) -> dict[str, np.ndar
     dict of ndarray
         energies (steps + 1, 4): time, kinetic, elastic, gravity; positions (n, 3) at the end.
     """
-    from muslin.simulation import simulate
+    from muslin.simulation.simulating import simulate
 
     made = functions.assignment.simulation
     assert made is not None

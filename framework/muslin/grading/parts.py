@@ -11,7 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from muslin import paths, reading
+from muslin import reading
+from muslin.base import paths
 from muslin.grading import wire
 from muslin.grading.checks import Outcome
 from muslin.grading.kernels import sound

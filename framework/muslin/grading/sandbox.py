@@ -30,9 +30,8 @@ from typing import Any
 
 import numpy as np
 
-import muslin
-from muslin import engine, paths, scratch
-from muslin.errors import MuslinError
+from muslin.base import engine, paths, scratch
+from muslin.base.errors import MuslinError
 from muslin.grading import wire
 from muslin.grading.patience import Patience
 from muslin.grading.record import Safety
@@ -320,7 +319,7 @@ class Sandbox:
                     self._nurseries.remove(nursery)
                     self._one_has_ended = True
             if not self._nurseries or self._one_has_ended:
-                package = Path(muslin.__file__).resolve().parent
+                package = paths.PACKAGE
                 self._nurseries.append(_Nursery(self.level, [*self._secrets, *_answers(package)]))
             self._count += 1
             nursery, number = self._nurseries[-1], self._count
@@ -350,7 +349,7 @@ class _Nursery:
         root = hasattr(os, "geteuid") and os.geteuid() == 0
         if level == "uid" and not root:
             raise _NotGiven("only root can change to another user")
-        package = Path(muslin.__file__).resolve().parent
+        package = paths.PACKAGE
         libraries = _libraries()
         view = _view(package, libraries)
         self._lock = threading.Lock()

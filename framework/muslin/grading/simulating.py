@@ -12,8 +12,9 @@ from dataclasses import replace
 
 import numpy as np
 
-from muslin import paths, tasks
-from muslin.errors import MuslinError
+from muslin import tasks
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.grading.laws import judged
 from muslin.grading.measuring import table_of
 from muslin.grading.record import FAILED, PASSED, SKIPPED, Check
@@ -31,7 +32,7 @@ FOLLOWS = "energies follow the reference"
 
 def make_reference(made: Simulation) -> dict[str, np.ndarray]:
     """Run the scene with the framework's own element: what `reference build` writes."""
-    from muslin.simulation import simulate
+    from muslin.simulation.simulating import simulate
 
     run = simulate(made.scene, **made.parameters)
     return {**table_of(run), "triangles": np.asarray(run.mesh.triangles, dtype=np.int32)}

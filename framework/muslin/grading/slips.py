@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from muslin import paths
+from muslin.base import paths
 
 #: How closely a slip must be met, relative to the size of its print.
 MET = 1e-6

@@ -23,8 +23,7 @@ from concurrent.futures import Executor, Future
 
 import numpy as np
 
-from muslin import reference
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.grading import checks, laws, parts, simulating
 from muslin.grading.checks import Hidden, Outcome, Verdict
 from muslin.grading.kernels import Store
@@ -33,7 +32,7 @@ from muslin.grading.patience import Patience
 from muslin.grading.record import PASSED, Check, Simulation
 from muslin.grading.sandbox import Sandbox
 from muslin.grading.submission import Handed
-from muslin.judging import properties
+from muslin.judging import properties, reference
 from muslin.tasks import Assignment, Task
 
 #: Called as (done, total, what) while grading goes on.

@@ -16,9 +16,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-import muslin
-from muslin import child, paths
-from muslin.errors import MuslinError
+from muslin.base import child, paths
+from muslin.base.errors import MuslinError
 from muslin.grading.choosing import shown
 from muslin.grading.record import Submission
 from muslin.tasks import Assignment
@@ -136,7 +135,7 @@ def gather(sources: Sequence[Source], name: str, table: Assignment) -> Handed:
 
 def _asked(sources: Sequence[Source], table: Assignment) -> dict:
     """What the reading process says; nothing if it was ended."""
-    package = str(Path(muslin.__file__).resolve().parent.parent)
+    package = str(paths.PACKAGE.parent)
     code = f"import sys; sys.path.insert(0, {package!r}); from muslin.grading.unpacking import main; main()"
     request = {
         "sources": [(source.name, os.fsencode(source.path).hex(), source.upload) for source in sources],

@@ -22,7 +22,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from muslin import engine, scratch
+from muslin.base import engine, paths, scratch
 from muslin.grading import filters, isolation, probe
 
 #: How often the homes that lie on a shared disk are looked at [s].
@@ -157,11 +157,10 @@ def _end(child: _Child, level: str, others: list[int]) -> int:
 def _import_everything() -> None:
     """All a worker needs before student code, so that forking is all it costs; not the native element."""
     engine.load()
-    import muslin.batch
     import muslin.given
     import muslin.grading.wire
     import muslin.reading
-    import muslin.tasks  # noqa: F401
+    import muslin.tasks.batch  # noqa: F401
 
 
 def _spare() -> list[str]:
@@ -169,11 +168,9 @@ def _spare() -> list[str]:
 
     A worker that is to call one function needs none of it, and much of it computes what a task asks for.
     """
-    import muslin
-
     known = [module for name, module in sys.modules.items() if name.partition(".")[0] == "muslin"]
     needed = {os.path.realpath(module.__file__) for module in known if module.__file__}
-    spare, folders = [], [os.path.dirname(os.path.realpath(muslin.__file__))]
+    spare, folders = [], [str(paths.PACKAGE)]
     while folders:
         for entry in os.scandir(folders.pop()):
             if entry.is_dir() and any(path.startswith(f"{entry.path}/") for path in needed):
@@ -251,9 +248,10 @@ def serve(
     """
     import numpy as np
 
-    from muslin import batch, reading, tasks
-    from muslin.errors import MuslinError, NotImplementedYet, said
+    from muslin import reading, tasks
+    from muslin.base.errors import MuslinError, NotImplementedYet, said
     from muslin.grading import wire
+    from muslin.tasks import batch
 
     os.listdir(Path(os.__file__).parent)  # a user who may not read Python cannot run anything
     wire.send(channel, {"id": "ready", **about})
@@ -313,7 +311,7 @@ def serve(
 
 
 def _failure(error: Any) -> list[str]:
-    from muslin.errors import NotImplementedYet
+    from muslin.base.errors import NotImplementedYet
 
     kind = "stub" if isinstance(error, NotImplementedYet) else "code"
     return [kind, str(error)[:LONGEST_MESSAGE]]
@@ -321,8 +319,8 @@ def _failure(error: Any) -> list[str]:
 
 def _start(debug: bool) -> Callable[[], None]:
     """Start Taichi as grading pins it, and keep student code from starting it anew; returns what ends it."""
-    from muslin import runtime
-    from muslin.errors import StudentCodeError
+    from muslin.base import runtime
+    from muslin.base.errors import StudentCodeError
 
     ti: Any = runtime.start(threads=1, debug=debug)
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 
 #: Decimal digits carried.
 DIGITS = 110

@@ -20,8 +20,8 @@ from typing import Any
 
 import numpy as np
 
-from muslin import paths
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 
 Rng = np.random.Generator
 Arrays = dict[str, np.ndarray]

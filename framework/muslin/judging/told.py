@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from muslin import paths
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.judging import exact
 from muslin.judging.judge import Given, judge
 

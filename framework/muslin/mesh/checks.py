@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 
 # A triangle is flat if its height over its longest edge is below this fraction of that edge.
 FLATTEST = 1e-6

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
+from muslin.base.paths import shown
 from muslin.mesh.checks import Places, check_coordinates, check_faces, check_surface
 from muslin.mesh.gmsh import contained, read_gmsh
 from muslin.mesh.ply import read_ply
@@ -21,7 +22,6 @@ from muslin.mesh.surface import Mesh, flat_to_3d, frozen
 from muslin.mesh.text import decode, read_obj, read_off
 from muslin.mesh.vtk import read_vtk
 from muslin.mesh.vtkxml import read_vtk_xml
-from muslin.paths import shown
 
 
 @dataclass(frozen=True)

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.polygons import Polygons
 from muslin.mesh.refusals import EXPORT_AGAIN, damaged
 

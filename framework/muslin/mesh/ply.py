@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.polygons import Polygons, by_corners, strip_triangles
 from muslin.mesh.refusals import EXPORT_AGAIN, damaged
 from muslin.mesh.text import Line, counted_face, decode, expect_lines

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.checks import Places
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import re
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 
 EXPORT_AGAIN = "Export the mesh again, in doubt as OBJ."
 

@@ -11,7 +11,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.checks import LARGEST, SMALLEST
 from muslin.mesh.surface import Mesh, frozen
 

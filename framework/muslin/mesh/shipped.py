@@ -6,9 +6,9 @@ from pathlib import Path
 
 import numpy as np
 
+from muslin.base.paths import meshes
 from muslin.mesh.files import obj_text
 from muslin.mesh.shapes import grid, sector, unstructured
-from muslin.paths import meshes
 
 
 def course_square() -> tuple[np.ndarray, np.ndarray]:

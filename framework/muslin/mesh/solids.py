@@ -6,7 +6,7 @@ import itertools
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.shapes import positive
 from muslin.mesh.tets import TetMesh, frozen_solid
 

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.checks import Places, check_surface
 
 

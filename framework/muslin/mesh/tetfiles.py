@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.checks import Places, counted
 from muslin.mesh.files import FORMATS, Format, content_of, kinds, load, parsed
 from muslin.mesh.medit import read_medit

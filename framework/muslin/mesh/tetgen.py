@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.polygons import Polygons
 from muslin.mesh.text import Line, decode, expect_lines
 

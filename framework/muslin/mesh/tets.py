@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.checks import FLATTEST, SMALLEST, Places, check_coordinates, counted, listed, refuse
 from muslin.mesh.surface import Mesh, flat_to_3d, frozen, indices, numbers_of
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.polygons import Polygons, by_corners
 
 

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.polygons import Polygons
 from muslin.mesh.vtkcells import POLYGON, QUAD, STRIP, from_cells
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.polygons import Polygons, strip_triangles
 
 # Numbers of cell types, from vtkCellType.h.

@@ -20,7 +20,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from muslin.errors import MeshError
+from muslin.base.errors import MeshError
 from muslin.mesh.polygons import Polygons
 from muslin.mesh.vtkcells import POLYGON, STRIP, from_cells
 

@@ -12,12 +12,13 @@ from typing import Any
 from IPython.core.magic import Magics, cell_magic, line_magic, magics_class
 from IPython.display import display
 
-from muslin import paths, source
-from muslin.cli.app import chosen_tasks
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.notebook import shows
+from muslin.reading import source
 from muslin.student.checking import Checker
 from muslin.student.workspace import Workspace, find
+from muslin.tasks.manifest import chosen_tasks
 
 
 @magics_class

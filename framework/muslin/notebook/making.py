@@ -9,8 +9,9 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from muslin import paths, source
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.reading import source
 from muslin.tasks import assignment
 
 #: What pip is asked for, unless a course names its own source.

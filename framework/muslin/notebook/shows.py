@@ -12,16 +12,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from muslin import paths
-from muslin.errors import MuslinError
-from muslin.runs import RunFolder
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.base.templates import filled
+from muslin.simulation.runs import RunFolder
 from muslin.student import checking
 from muslin.student.checking import Report
 from muslin.student.workspace import Workspace
-from muslin.templates import filled
 
 if TYPE_CHECKING:
-    from muslin.marching import Run
+    from muslin.simulation.marching import Run
 
 #: Files that show themselves, and what they are.
 DRAWN = {".png": "image/png", ".webp": "image/webp", ".gif": "image/gif", ".mp4": "video/mp4"}
@@ -139,14 +139,14 @@ def film(
     ----------
     run : Run or path
     quality, size, **options
-        As for `muslin.show.render_run`.
+        As for `muslin.present.pictures.render_run`.
 
     Raises
     ------
     MuslinError
         If the run was not written to disk: give `muslin.simulate` an `out`.
     """
-    from muslin import show
+    from muslin.present import pictures as show
 
     folder = _written(run)
     written = show.render_run(folder, film="mp4", quality=quality, size=size, **options)
@@ -168,7 +168,7 @@ def view(run: Run | Path | str, height: int = 480) -> Page:
     MuslinError
         If the run was not written to disk, or viser is not installed.
     """
-    from muslin.show import Show
+    from muslin.present.pictures import Show
     from muslin.viewer import browser
 
     viser = browser.require()
@@ -225,8 +225,8 @@ def _written(run: Run | Path | str) -> Path:
 def _pictures(run: Run) -> Iterator[np.ndarray]:
     """A draft of how it ended, or of the scene's best moment where that was written; the energies."""
     from muslin import render
+    from muslin.present.pictures import BACK, Show
     from muslin.render import stage
-    from muslin.show import BACK, Show
 
     if run.folder is not None:
         show = Show(RunFolder(run.folder), size=STILL, quality="draft")

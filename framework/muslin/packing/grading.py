@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 
 from muslin import tasks
-from muslin.errors import MuslinError
-from muslin.writing import write
+from muslin.base.errors import MuslinError
+from muslin.base.writing import write
 
 #: In a pack: where it says which assignment it grades, and the folder of hidden data.
 SETTINGS, HIDDEN = "muslin.json", "hidden"
@@ -67,7 +67,7 @@ def classroom50(checkout: Path, pack: Path, result: Path) -> None:
 
 def try_out(assignment: str) -> None:
     """Grade the untouched stubs: does everything work here that grading needs?"""
-    from muslin import paths
+    from muslin.base import paths
 
     record = _graded(paths.assignment(assignment), assignment, None, SAFETY)
     if any(task.status != "not implemented" for task in record.tasks):

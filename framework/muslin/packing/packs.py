@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 
-from muslin import paths, tasks
-from muslin.authoring import lint
+from muslin import tasks
+from muslin.authoring import lint, wheel
 from muslin.authoring.reference_data import PROVENANCE
-from muslin.errors import MuslinError
-from muslin.packing import wheel
+from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.packing.grading import HIDDEN, SETTINGS
 
 #: The versions Muslin is tested with, and their name in a pack.

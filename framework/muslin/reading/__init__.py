@@ -14,12 +14,12 @@ import linecache
 from collections.abc import Callable
 from typing import Any
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.reading.habits import HABITS
 from muslin.reading.names import NAMES
 from muslin.reading.page import Note, Page, assignments, used
+from muslin.reading.source import Source
 from muslin.reading.traps import TRAPS
-from muslin.source import Source
 
 __all__ = ["Note", "born", "notes", "of", "returned", "row", "told"]
 

@@ -8,7 +8,7 @@ from collections.abc import Callable, Iterator
 
 from muslin.reading import vocabulary
 from muslin.reading.page import Note, Page, assignments, is_taichi, name_of, nodes, shown
-from muslin.syntax import CONTINUED
+from muslin.reading.syntax import CONTINUED
 
 
 def _power(page: Page) -> Iterator[Note]:

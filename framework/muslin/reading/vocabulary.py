@@ -69,7 +69,7 @@ def near(word: str, words: Iterable[str]) -> str:
 
 def taichi() -> ModuleType:
     """Taichi, to ask which names there are; it need not be started."""
-    from muslin import engine
+    from muslin.base import engine
 
     module: ModuleType = engine.load()
     return module

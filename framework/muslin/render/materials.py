@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 
 Colour = str | tuple[float, float, float]
 

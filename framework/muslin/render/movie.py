@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from muslin.child import Child
-from muslin.errors import MuslinError
+from muslin.base.child import Child
+from muslin.base.errors import MuslinError
 
 Image = NDArray[np.uint8]
 

@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from muslin import runtime
-from muslin.errors import MuslinError
+from muslin.base import runtime
+from muslin.base.errors import MuslinError
 from muslin.render.camera import Camera
 from muslin.render.lettering import Image, Legend, draw_legend
 from muslin.render.lighting import Light, Quality, Sun, light_vertices, sunlight

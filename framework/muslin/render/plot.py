@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.render.lettering import Image
 from muslin.render.materials import Colour, linear, srgb
 from muslin.render.picture import write_png

@@ -13,7 +13,7 @@ No atomics: a parallel task owns a band of rows (or of a depth map's rows) and w
 order, so every run gives the same bytes, whatever the number of threads.
 """
 
-from muslin.engine import ti
+from muslin.base.engine import ti
 
 #: What no triangle covers; what several triangles share.
 NONE, MIXED = -1, -2

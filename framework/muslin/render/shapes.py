@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.render.materials import CLOTH, GROUND, PROP, Material
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from muslin.colliders import Capsule, Sphere
+from muslin.physics.colliders import Capsule, Sphere
 from muslin.render.shapes import Surface, capsule_surface, ground_surface, sphere_surface
 
 #: The ground is drawn this much lower than it holds [m]: what lies on it is not half in it.

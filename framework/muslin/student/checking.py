@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.judging import judge
 from muslin.student.worker import Crashed, Stopped, Worker
 from muslin.student.workspace import Workspace
@@ -58,9 +58,10 @@ class Report:
 
 def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[Report]:
     """Evaluate and judge tasks; runs in a worker."""
-    from muslin import reference, tasks
-    from muslin.batch import evaluate
-    from muslin.errors import NotImplementedYet
+    from muslin import tasks
+    from muslin.base.errors import NotImplementedYet
+    from muslin.judging import reference
+    from muslin.tasks.batch import evaluate
 
     table = tasks.assignment(assignment)
     loaded: dict[str, tasks.Functions] = {}  # file by file: a file that crashes costs its own tasks only
@@ -94,7 +95,7 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
 
 def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any) -> Report:
     """The public cases."""
-    from muslin import reference
+    from muslin.judging import reference
 
     terms = judge(table.name, name).terms
     verdict = reference.compare(table.tasks[name], outputs, expected, inputs, terms=terms)
@@ -109,9 +110,9 @@ def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any) -
 
 def _held(table: Any, name: str, function: Any) -> Report | None:
     """What must hold for all inputs, tried on some that are no public cases; the first that does not hold."""
-    from muslin.batch import evaluate
     from muslin.judging import properties
-    from muslin.reference import shown
+    from muslin.judging.reference import shown
+    from muslin.tasks.batch import evaluate
 
     task = table.tasks[name]
     drawn = [pair for seed in SEEDS for pair in properties.draw(table.name, name, seed)]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.judging import judge
 from muslin.judging.judge import known
 from muslin.judging.told import Told
@@ -27,10 +27,11 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     MuslinError
         If there is no such case, or the function cannot be run.
     """
-    from muslin import reading, reference, tasks
-    from muslin.batch import evaluate
+    from muslin import reading, tasks
+    from muslin.judging import reference
     from muslin.student import plain
     from muslin.tasks import plain as in_python
+    from muslin.tasks.batch import evaluate
 
     table = tasks.assignment(assignment)
     task, own = table.tasks[name], judge(assignment, name)
@@ -185,7 +186,7 @@ def _recognised(value: np.ndarray, way: Values) -> list[str]:
 
 def _whole(functions: Any, assignment: str, name: str, case: int) -> Iterator[str]:
     """The assignment's own example, from its beginning to this task: yours and expected."""
-    from muslin.batch import evaluate
+    from muslin.tasks.batch import evaluate
 
     way = example(assignment, case)
     if way is None or name not in known(assignment, "example_tasks"):
@@ -230,7 +231,7 @@ def example(assignment: str, case: int) -> Any:
     yields first its title and values to show, then more of these, or a symbol with a task and its arguments, for
     which it is sent the right result. `example_tasks` lists those tasks.
     """
-    from muslin import reference
+    from muslin.judging import reference
 
     made = known(assignment, "example")
     return made(lambda task: reference.cases(assignment, task)[0], case) if made is not None else None
@@ -238,7 +239,8 @@ def example(assignment: str, case: int) -> Any:
 
 def record(assignment: str) -> dict[str, np.ndarray]:
     """The right answers that the example asks for in every case, by key."""
-    from muslin import reference, tasks
+    from muslin import tasks
+    from muslin.judging import reference
 
     found: dict[str, np.ndarray] = {}
     counts = [len(reference.cases(assignment, name)[1][0]) for name in tasks.assignment(assignment).tasks]

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.judging import Derivative, Line, judge
 from muslin.judging.differences import CASES
 from muslin.judging.told import Told
@@ -63,7 +63,7 @@ class Inputs:
 
     def cases(self, task: str) -> dict[str, Array]:
         """Inputs of a task's public cases."""
-        from muslin import reference
+        from muslin.judging import reference
 
         return reference.cases(self.assignment, task)[0]
 
@@ -75,7 +75,7 @@ class Inputs:
         return self._evaluated(task, values)
 
     def _evaluated(self, task: str, values: dict[str, Array]) -> Array:
-        from muslin.batch import evaluate
+        from muslin.tasks.batch import evaluate
 
         return np.asarray(evaluate(self.functions[task], **dict[str, Any](values)), dtype=float)
 
@@ -92,7 +92,7 @@ class Inputs:
         return self._evaluated(task, values) if own else right[0].astype(float)
 
     def _right(self, task: str) -> bool:
-        from muslin import reference
+        from muslin.judging import reference
 
         if self.functions is None:
             return False

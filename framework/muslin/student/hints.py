@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
 from muslin.student.workspace import Workspace
 
 

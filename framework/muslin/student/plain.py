@@ -19,7 +19,8 @@ from typing import Any
 
 import numpy as np
 
-from muslin import engine, paths, source, syntax
+from muslin.base import engine, paths
+from muslin.reading import source, syntax
 
 #: Variables shown of one function: loops may set many.
 MOST = 60

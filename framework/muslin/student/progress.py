@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterable
 from dataclasses import dataclass
 
-from muslin import source
-from muslin.errors import MuslinError
-from muslin.stand_ins import NEEDS
+from muslin.base.errors import MuslinError
+from muslin.physics.stand_ins import NEEDS
+from muslin.reading import source
 from muslin.student.checking import GREEN, TODO
 from muslin.student.workspace import Workspace
 from muslin.tasks import Task, is_stub

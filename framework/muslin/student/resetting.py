@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from muslin import paths, source
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.reading import source
 from muslin.student.workspace import Workspace
 
 
@@ -33,7 +34,7 @@ def reset(workspace: Workspace, word: str) -> str:
         file = tasks[word].file
         text = _without(workspace, word)
     else:
-        from muslin.cli.app import chosen_tasks
+        from muslin.tasks.manifest import chosen_tasks
 
         near = chosen_tasks([word], workspace.table)
         raise MuslinError(f"{word} has several tasks.", f"Name one: {', '.join(near)}.")

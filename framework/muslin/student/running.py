@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from muslin import paths
-from muslin.errors import MuslinError, SimulationError
+from muslin.base import paths
+from muslin.base.errors import MuslinError, SimulationError
 from muslin.student.checking import GREEN, TODO, WRONG, Checker
 from muslin.student.progress import standings
 from muslin.student.workspace import Workspace
@@ -114,8 +114,8 @@ def simulate(
 
     Wrong functions may make it explode: then what was simulated until then is the result.
     """
-    from muslin import simulation
-    from muslin.runs import RunFolder
+    from muslin.simulation import simulating as simulation
+    from muslin.simulation.runs import RunFolder
     from muslin.tasks import load
 
     functions = load(workspace.folder, workspace.table) if cast.green or cast.wrong else None
@@ -136,7 +136,7 @@ def simulate(
 
 def reference(scene: str, beside: Path, on_step: Callable[[int, int], None], **options: Any) -> Path:
     """Simulate a scene as it should be, into a folder beside a run; returns the folder."""
-    from muslin import simulation
+    from muslin.simulation import simulating as simulation
 
     out = beside.with_name(f"{beside.name}-reference")
     simulation.simulate(scene, out=out, on_step=on_step, **options)

@@ -9,8 +9,9 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from tempfile import TemporaryDirectory
 
-from muslin import paths, source
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.reading import source
 from muslin.student.checking import Checker, Report
 from muslin.student.workspace import Workspace
 

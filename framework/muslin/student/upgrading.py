@@ -14,9 +14,10 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from muslin import paths, source
-from muslin.errors import MuslinError
-from muslin.source import Function, Source
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.reading import source
+from muslin.reading.source import Function, Source
 from muslin.student.workspace import Workspace, checksum, description, given_files, reference_sum
 from muslin.tasks import is_stub
 

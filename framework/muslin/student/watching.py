@@ -15,8 +15,8 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from muslin import source
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
+from muslin.reading import source
 from muslin.student import checking, hints, progress
 from muslin.student.workspace import Workspace, find
 

@@ -19,8 +19,8 @@ from collections.abc import Callable, Iterator
 from multiprocessing.connection import Connection
 from typing import Any
 
-from muslin import child
-from muslin.errors import MuslinError
+from muslin.base import child
+from muslin.base.errors import MuslinError
 
 #: What a process most often dies of, by the signal that ended it.
 _OFTEN: dict[int, str] = {signal.SIGKILL: "the memory has run out"} if sys.platform != "win32" else {}
@@ -158,12 +158,12 @@ def _serve(channel: Connection, debug: bool, ready: tuple[str, ...]) -> None:
         silence = os.open(os.devnull, os.O_WRONLY)
         os.dup2(silence, 1)
         os.dup2(silence, 2)
-    from muslin import runtime
+    from muslin.base import runtime
 
     trouble: MuslinError | None = None
     try:
-        import muslin.batch
-        import muslin.reference  # noqa: F401
+        import muslin.judging.reference
+        import muslin.tasks.batch  # noqa: F401
 
         runtime.start(threads=1, debug=debug)
         for module in ready:

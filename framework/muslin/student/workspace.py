@@ -18,8 +18,10 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from muslin import __version__, paths, source, syntax
-from muslin.errors import MuslinError
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.base.version import __version__
+from muslin.reading import source, syntax
 from muslin.tasks import MANIFEST, Assignment, Task, assignment
 
 FOLDER = ".muslin"

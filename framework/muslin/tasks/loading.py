@@ -15,12 +15,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from muslin import importing, paths, reading
-from muslin.engine import inside
-from muslin.errors import MuslinError, NotImplementedYet, StudentCodeError
+from muslin import reading
+from muslin.base import paths
+from muslin.base.engine import inside
+from muslin.base.errors import MuslinError, NotImplementedYet, StudentCodeError
 from muslin.reading import vocabulary
 from muslin.reading.page import sentence
-from muslin.tasks import plain
+from muslin.tasks import importing, plain
 from muslin.tasks.manifest import Assignment, Task, assignment
 
 

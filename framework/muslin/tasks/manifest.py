@@ -16,8 +16,8 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-from muslin import paths
-from muslin.errors import MuslinError, choices
+from muslin.base import paths
+from muslin.base.errors import MuslinError, choices
 
 MANIFEST = "assignment.toml"
 
@@ -326,3 +326,15 @@ def assignment(name: str = "cloth") -> Assignment:
     if (paths.source(name) / MANIFEST).is_file():
         return read_assignment(paths.source(name))
     raise MuslinError(f"There is no assignment {name!r}.", choices(name, paths.assignments()))
+
+
+def chosen_tasks(words: list[str] | None, assignment: Assignment) -> list[str]:
+    """Tasks meant by words: each a task, a section of the handout (S7), or a file."""
+    chosen: list[str] = []
+    for word in words or ():
+        file = Path(word).name
+        found = [t.name for t in assignment.tasks.values() if word in (t.name, t.section) or file == t.file]
+        if not found:
+            raise MuslinError(f"There is no task {word!r}.", choices(word, assignment.tasks))
+        chosen += [name for name in found if name not in chosen]
+    return chosen

@@ -14,8 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from muslin import paths
-from muslin.errors import MuslinError, StudentCodeError
+from muslin.base import paths
+from muslin.base.errors import MuslinError, StudentCodeError
 from muslin.tasks.manifest import Assignment, Task
 
 Arrays = Mapping[str, np.ndarray]

@@ -19,11 +19,11 @@ from typing import Any
 
 import numpy as np
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
+from muslin.base.templates import filled
 from muslin.export.animation import unit_normals
 from muslin.render import stage
 from muslin.render.materials import STRAIN_STOPS, srgb_bytes
-from muslin.templates import filled
 from muslin.viewer import scenery
 from muslin.viewer.session import ACTIONS, Action, Session
 

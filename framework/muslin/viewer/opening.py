@@ -9,14 +9,14 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from muslin import child, engine
-from muslin.engine import inside
-from muslin.errors import MuslinError
+from muslin.base import child, engine
+from muslin.base.engine import inside
+from muslin.base.errors import MuslinError
 
 #: Opens a window off-screen and reads a picture back; run in a process of its own, since a driver that is missing
 #: or broken may end the process that asks for it.
 PROBE = """
-from muslin.engine import ti
+from muslin.base.engine import ti
 ti.init(arch=ti.cpu, log_level=ti.CRITICAL)
 window = ti.ui.Window("probe", (64, 64), show_window={shown})
 window.get_canvas().set_background_color((1.0, 1.0, 1.0))

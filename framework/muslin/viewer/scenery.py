@@ -7,10 +7,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from muslin import render
-from muslin.colliders import Capsule, Plane, Sphere
+from muslin.physics.colliders import Capsule, Plane, Sphere
+from muslin.present.pictures import vertex_strain
 from muslin.render import stage
 from muslin.render.materials import strain_position, strain_table
-from muslin.show import vertex_strain
 from muslin.viewer.session import Session
 
 CLOTH_COLOUR = "#c04a35"

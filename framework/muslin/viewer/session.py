@@ -15,18 +15,18 @@ from typing import Any
 
 import numpy as np
 
-from muslin import scenes
-from muslin.colliders import Capsule, Collider, Plane, Sphere
-from muslin.errors import MuslinError, NotImplementedYet
-from muslin.integrators import steps
+from muslin.base.errors import MuslinError, NotImplementedYet
 from muslin.mesh import area_and_normal
-from muslin.model import Model, Spring, State
-from muslin.scenes import Scene
-from muslin.simulation import build
-from muslin.stand_ins import NEEDS
+from muslin.physics.colliders import Capsule, Collider, Plane, Sphere
+from muslin.physics.stand_ins import NEEDS
+from muslin.simulation import scenes
+from muslin.simulation.integrators import steps
+from muslin.simulation.model import Model, Spring, State
+from muslin.simulation.scenes import Scene
+from muslin.simulation.simulating import build
 from muslin.tasks import Functions, failure_of, load
 
-#: Parts of a simulation (keys of `muslin.stand_ins.NEEDS`) that a session computes, and what to call them.
+#: Parts of a simulation (keys of `muslin.physics.stand_ins.NEEDS`) that a session computes, and what to call them.
 PARTS: Mapping[str, str] = {
     "gradient": "elastic force",
     "hessian": "Hessian",
@@ -360,7 +360,7 @@ def faults(functions: Functions, parts: Iterable[str] = tuple(PARTS)) -> dict[st
     dict
         Task -> what is the matter with it, to follow its name in a sentence.
     """
-    from muslin.reference import check
+    from muslin.judging.reference import check
 
     wanted = [name for name in functions.assignment.tasks if any(name in NEEDS[part] for part in parts)]
     found = {}

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin import runtime
+from muslin.base import runtime
 from muslin.render.materials import srgb, srgb_bytes
 from muslin.viewer import scenery
 from muslin.viewer.session import ACTIONS, Session

@@ -17,7 +17,7 @@ example_tasks = (
 def example(cases: Callable[[str], dict[str, np.ndarray]], case: int) -> Generator[Any, Any, None]:
     """The whole way of one triangle; see `muslin.student.explaining.example`."""
     from muslin import given
-    from muslin.batch import evaluate
+    from muslin.tasks.batch import evaluate
 
     a, b = cases("deformation_gradient"), cases("psi")
     case = min(case, len(a["N"]) - 1, len(b["mu"]) - 1)

@@ -304,7 +304,7 @@ steps_eigensystem = _modes
 
 def _line_d2psi_dFij(io: Any) -> Line:
     from muslin import given
-    from muslin.batch import evaluate
+    from muslin.tasks.batch import evaluate
 
     a = Deformed(io)
     i, j = np.array([0, 1, 2, 0])[:CASES], np.array([1, 1, 0, 2])[:CASES]

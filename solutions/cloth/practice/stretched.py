@@ -29,7 +29,7 @@ class Deformed:
 
     def __init__(self, io: Any):
         from muslin import given
-        from muslin.batch import evaluate
+        from muslin.tasks.batch import evaluate
 
         rng = io.rng
         frames = [np.linalg.qr(rng.normal(size=(CASES, 3, 3)))[0] for _ in range(2)]

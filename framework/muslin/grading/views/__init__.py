@@ -25,8 +25,8 @@ from importlib import resources
 from pathlib import Path
 from typing import Any
 
-from muslin import writing
-from muslin.errors import MuslinError
+from muslin.base import writing
+from muslin.base.errors import MuslinError
 from muslin.grading.record import Record
 from muslin.grading.views import (
     classroom50,

@@ -12,11 +12,11 @@ from typing import Any
 
 from markupsafe import Markup
 
-from muslin.errors import MuslinError
+from muslin.base.errors import MuslinError
+from muslin.base.templates import filled
 from muslin.grading.record import ERROR, FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Record, TaskResult
 from muslin.grading.views import energy_plot, story
 from muslin.grading.views.text import capped, one_line, points
-from muslin.templates import filled
 
 #: What a browser may do with the page: apply its own style, show the pictures in it, and nothing else.
 POLICY = Markup(

@@ -10,12 +10,14 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from muslin import render, scenes, show
-from muslin.colliders import Capsule, Sphere
-from muslin.errors import MuslinError
+from muslin import render
+from muslin.base.errors import MuslinError
 from muslin.grading.record import Simulation
+from muslin.physics.colliders import Capsule, Sphere
+from muslin.present import pictures as show
 from muslin.render import Surface, stage
-from muslin.scenes import Scene
+from muslin.simulation import scenes
+from muslin.simulation.scenes import Scene
 
 #: Most vertices and triangles that are drawn, and the furthest place a cloth is drawn at, in sizes of the scene.
 MOST, FURTHEST = 200_000, 3.0

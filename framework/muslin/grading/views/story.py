@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from muslin.engine import ENGINES
+from muslin.base.engine import ENGINES
 from muslin.grading.record import ERROR, FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Check, Record, TaskResult
 from muslin.grading.views.text import capped
 

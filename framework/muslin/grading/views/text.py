@@ -1,10 +1,10 @@
-"""Text and numbers as all views write them; what makes hostile text harmless is `muslin.text`."""
+"""Text and numbers as all views write them; what makes hostile text harmless is `muslin.base.text`."""
 
 from __future__ import annotations
 
 from decimal import ROUND_HALF_UP, Decimal
 
-from muslin.text import capped, one_line, visible
+from muslin.base.text import capped, one_line, visible
 
 __all__ = ["capped", "half_up", "one_line", "points", "visible"]
 

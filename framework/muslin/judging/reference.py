@@ -1,0 +1,119 @@
+"""A student's functions against the reference data that ship with Muslin: no mpmath, no solution needed."""
+
+from __future__ import annotations
+
+import zipfile
+from collections.abc import Iterable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from muslin import tasks
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.tasks.comparing import (
+    TOLERANCE,
+    Verdict,
+    compare,
+    form,
+    largest_of,
+    natural_scale,
+    shown,
+    size_of,
+)
+
+__all__ = [
+    "TOLERANCE",
+    "Verdict",
+    "cases",
+    "check",
+    "compare",
+    "form",
+    "largest_of",
+    "natural_scale",
+    "shown",
+    "size_of",
+]
+
+
+def cases(
+    assignment_name: str, task: str, folder: Path | None = None
+) -> tuple[dict[str, np.ndarray], tuple[np.ndarray, ...]]:
+    """Reference cases of a task.
+
+    Parameters
+    ----------
+    assignment_name, task : str
+        Which task.
+    folder : Path, optional
+        Where the data are; default the public ones.
+
+    Returns
+    -------
+    inputs : dict of ndarray, (b, ...)
+        The arguments by name.
+    expected : tuple of ndarray, (b, ...)
+        The results in order.
+
+    Raises
+    ------
+    MuslinError
+        If there are no such data, or the file is damaged.
+    """
+    entry = tasks.assignment(assignment_name).tasks.get(task)
+    if entry is None:
+        raise MuslinError(f"The assignment {assignment_name!r} has no task {task!r}.")
+    path = (folder or paths.reference(assignment_name)) / f"{task}.npz"
+    try:
+        with np.load(path, allow_pickle=False) as data:
+            inputs = {value.name: data[value.name] for value in entry.inputs}
+            expected = tuple(data[f"expected_{value.name}"] for value in entry.results)
+    except FileNotFoundError:
+        raise MuslinError(
+            f"There are no reference data for {task}: {paths.shown(path)} is missing."
+        ) from None
+    except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
+        hint = "Restore it, or install Muslin again."
+        raise MuslinError(f"{paths.shown(path)} is damaged ({error}).", hint) from None
+    return inputs, expected
+
+
+def check(
+    functions: tasks.Functions, names: Iterable[str] | None = None, tolerance: float = TOLERANCE
+) -> list[Verdict]:
+    """Evaluate a folder's task functions on the public cases.
+
+    A function that is missing, still the stub or broken gets a verdict with the reason; nothing is raised.
+
+    Parameters
+    ----------
+    functions : Functions
+        From `muslin.load`.
+    names : iterable of str, optional
+        Which tasks; default all, in the order of the task table.
+    tolerance : float
+        Largest relative error of a right answer.
+
+    Returns
+    -------
+    list of Verdict
+        One per task.
+    """
+    from muslin.judging import judge
+    from muslin.tasks.batch import evaluate
+
+    table = functions.assignment
+    verdicts = []
+    for name in table.tasks if names is None else names:
+        inputs, expected = cases(table.name, name)
+        try:
+            arguments: dict[str, Any] = dict(inputs)
+            got = evaluate(functions[name], **arguments)
+        except MuslinError as error:
+            verdicts.append(Verdict(name, False, str(error)))
+        else:
+            verdicts.append(
+                compare(table.tasks[name], got, expected, inputs, judge(table.name, name).terms, tolerance)
+            )
+    return verdicts

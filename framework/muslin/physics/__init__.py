@@ -1,0 +1,1 @@
+"""Bodies of elements, materials, colliders, skinning: forces from positions."""

@@ -1,0 +1,233 @@
+"""A body: a mesh of triangles or tetrahedra that stores elastic energy and has mass, as functions of its positions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from types import MappingProxyType
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from muslin.base import runtime
+from muslin.base.errors import MuslinError
+from muslin.physics.roles import Roles
+from muslin.tasks import Functions
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
+
+    from muslin.mesh import Mesh
+    from muslin.physics.elements.element import Element
+    from muslin.physics.elements.layout import Layout
+    from muslin.physics.elements.pattern import Assembly, Impulse
+
+#: What the elements of a body compute.
+PARTS = ("energy", "gradient", "hessian")
+
+#: What is computed once, when a body is made, or of velocities.
+OTHERS = ("mass", "kinetic energy")
+
+
+class Body:
+    """Cells with elements, and what comes of all of them together.
+
+    Parameters
+    ----------
+    X : (n, 3)
+        Undeformed positions [m].
+    cells : (m, k) int32
+        Vertices of triangles (k = 3) or tetrahedra (k = 4).
+    elements : mapping
+        Which `Element` computes each of `PARTS`; one may compute several.
+    mass : (k k m,) array
+        Factor of the identity for each pair of corners of each cell [kg].
+    mesh : Mesh
+        What touches, feels the wind and is seen: the body's vertices, and triangles that face outwards.
+    roles : Roles, optional
+        Whose code computes what.
+    needs : mapping, optional
+        Tasks behind each of `PARTS` and `OTHERS`: part -> names.
+    stiffness : float
+        How hard the body is to stretch [N/m], for a hand that pulls at it.
+
+    Attributes
+    ----------
+    mass : scipy.sparse.csr_matrix, (3n, 3n)
+        Consistent mass matrix [kg].
+    surface : (t, 3) int32
+        The triangles of `mesh`.
+    pattern : Pattern
+        Which vertices act on each other.
+    """
+
+    def __init__(
+        self,
+        X: np.ndarray,
+        cells: np.ndarray,
+        elements: Mapping[str, Element],
+        mass: np.ndarray,
+        mesh: Mesh,
+        roles: Roles | None = None,
+        needs: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
+        stiffness: float = 0.0,
+    ):
+        from muslin.physics.elements.pattern import Gather, Pattern
+
+        self.X, self.cells, self.stiffness = X, cells, stiffness
+        self.mesh, self.surface = mesh, np.ascontiguousarray(mesh.triangles, dtype=np.int32)
+        self.roles, self.needs = roles or Roles(), needs
+        self.elements = dict(elements)
+        self._distinct = list(dict.fromkeys(elements.values()))
+        self.pattern = Pattern(cells, len(X))
+        sheet = np.array_equal(self.surface, cells)
+        self._skin = self.pattern if sheet else Gather(self.surface, len(X))
+        self.mass_factor = self.pattern.blocks(mass)
+        self.mass_data = np.zeros(self.pattern.nnz)
+        layout = self.pattern.layout
+        for a in range(3):
+            self.mass_data[layout.start + a * (layout.stride + 1)] = self.mass_factor
+        self.mass = self.pattern.matrix(self.mass_data)
+        self._sum: Any = None
+        self._moving: Any = None
+
+    # Whose code it is ---------------------------------------------------------------------------------------
+
+    @property
+    def functions(self) -> Functions | None:
+        """The folder's functions that were given."""
+        return self.roles.functions
+
+    @property
+    def stand_ins(self) -> frozenset[str]:
+        """Tasks whose functions must not be called."""
+        return self.roles.stand_ins
+
+    def by_student(self, part: str) -> Functions | None:
+        """The functions that compute a part (of `PARTS` and `OTHERS`), or None if native code does."""
+        names = self.needs.get(part)
+        return self.roles.calling(names) if names else None
+
+    @property
+    def uses(self) -> frozenset[str]:
+        """Tasks whose functions energy, gradient, Hessian, mass and kinetic energy of this body really call."""
+        return frozenset().union(*(self.roles.called(names) for names in self.needs.values()))
+
+    # What steps are made of ---------------------------------------------------------------------------------
+
+    def assembly(self, layout: Layout, data: np.ndarray | None = None) -> Assembly:
+        """What writes M + scale d2V/dx2 to a layout of blocks; `prepare` the Hessian before calling it."""
+        from muslin.physics.elements.pattern import Assembly
+
+        return Assembly(self.pattern, layout, self.mass_factor, self.elements["hessian"].hessians, data)
+
+    def impulse(self) -> Impulse:
+        """What computes M v + dt (force - gradient); `prepare` the gradient before calling it."""
+        from muslin.physics.elements.pattern import Impulse
+
+        return Impulse(self.pattern, self.mass_factor, self.elements["gradient"].gradients)
+
+    def limiter(
+        self, limit: float, held: np.ndarray
+    ) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
+        """What keeps triangles from being stretched beyond a limit (see `muslin.physics.elements.limit`).
+
+        Raises
+        ------
+        MuslinError
+            If the body has no such thing.
+        """
+        raise MuslinError("A stretch limit is for cloth; this body has none.", "Leave stretch_limit at 0.")
+
+    def on_surface(self, forces: np.ndarray) -> np.ndarray:
+        """Sum forces (3 t, 3) on the corners of the surface's triangles into (n, 3)."""
+        return self._skin.vector(forces)
+
+    # One position at a time: what several of these need is computed once ------------------------------------
+
+    def update(self, x: np.ndarray) -> None:
+        """Take new positions; `energy_here`, `gradient_here` and `stiffness_here` then refer to them.
+
+        Parameters
+        ----------
+        x : (n, 3) array
+            World positions [m].
+
+        Raises
+        ------
+        MuslinError
+            If the shape is wrong.
+        """
+        x = (
+            np.ascontiguousarray(x, dtype=np.float64).reshape(-1, 3)
+            if np.size(x) == self.X.size
+            else np.asarray(x)
+        )
+        if x.shape != self.X.shape:
+            raise MuslinError(f"Positions have shape {x.shape}; this {self._word} needs {self.X.shape}.")
+        runtime.start()  # should somebody else have restarted the engine
+        for element in self._distinct:
+            element.update(x)
+
+    _word = "body"
+
+    def prepare(self, *parts: str, project: bool = True) -> None:
+        """Compute parts ("energy", "gradient", "hessian") at the positions taken, in as few launches as can be.
+
+        Only a matter of speed: the functions below compute what they need, each for itself.
+        """
+        for element in self._distinct:
+            if own := [part for part in parts if self.elements[part] is element]:
+                element.compute(*own, project=project)
+
+    def energy_here(self) -> float:
+        """Elastic energy [J]."""
+        self.prepare("energy")
+        return float(self.elements["energy"].energies.sum())
+
+    def gradient_here(self) -> np.ndarray:
+        """Gradient of the elastic energy, (n, 3) [N]; minus this is the force."""
+        self.prepare("gradient")
+        return self.pattern.vector(self.elements["gradient"].gradients)
+
+    def stiffness_here(self, project: bool = True) -> np.ndarray:
+        """Data array (nnz,) of the energy's Hessian on `pattern` [N/m]."""
+        from muslin.physics.elements.pattern import Assembly
+
+        self.prepare("hessian", project=project)
+        if self._sum is None:
+            massless = np.zeros_like(self.mass_factor)
+            hessians = self.elements["hessian"].hessians
+            self._sum = Assembly(self.pattern, self.pattern.layout, massless, hessians)
+        return self._sum(1.0).copy()
+
+    # At given positions -------------------------------------------------------------------------------------
+
+    def energy(self, x: np.ndarray) -> float:
+        """Elastic energy V [J] at positions x (n, 3)."""
+        self.update(x)
+        return self.energy_here()
+
+    def gradient(self, x: np.ndarray) -> np.ndarray:
+        """dV/dx, (n, 3) [N], at positions x (n, 3)."""
+        self.update(x)
+        return self.gradient_here()
+
+    def hessian(self, x: np.ndarray, project: bool = False) -> sp.csr_matrix:
+        """d2V/dx2, scipy CSR (3n, 3n) [N/m], at positions x (n, 3).
+
+        With `project` the Hessian of each cell is made positive semi-definite.
+        """
+        self.update(x)
+        return self.pattern.matrix(self.stiffness_here(project))
+
+    def kinetic_energy(self, v: np.ndarray) -> float:
+        """1/2 qdot^T M qdot [J] for velocities v (n, 3)."""
+        if self._moving is None:
+            self._moving = self._moving_energies()
+        return float(self._moving(v).sum())
+
+    def _moving_energies(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What splits the kinetic energy: here among vertices."""
+        from muslin.physics.elements.pattern import KineticEnergy
+
+        return KineticEnergy(self.pattern, self.mass_factor)

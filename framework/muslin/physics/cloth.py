@@ -1,0 +1,189 @@
+"""Cloth: a triangle mesh that stores elastic energy and has mass, as functions of its vertex positions."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from muslin.base import runtime
+from muslin.base.errors import MuslinError
+from muslin.physics.body import OTHERS, PARTS, Body
+from muslin.physics.roles import Roles, checked
+from muslin.tasks import Functions
+
+if TYPE_CHECKING:
+    from muslin.mesh import Mesh
+    from muslin.physics.elements.element import Element, Membrane, Rest
+
+ENERGIES = ("linearised", "area", "volumetric")
+HESSIANS = ("closed", "lecture")
+
+#: Tasks behind each part of a cloth: part -> names. `hessian` is the closed road.
+NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
+    {
+        "energy": ("dphi_dX", "deformation_gradient", "psi"),
+        "gradient": ("dphi_dX", "deformation_gradient", "dpsi_ds", "dpsi_dF", "nodal_force"),
+        "hessian": ("dphi_dX", "deformation_gradient", "dpsi_ds", "d2psi_ds2", "eigensystem"),
+        "lecture's hessian": (
+            "dphi_dX", "deformation_gradient", "dpsi_ds", "d2psi_ds2", "d2psi_dFij", "dn_dx",
+        ),
+        "mass": ("mass_block",),
+        "kinetic energy": ("kinetic_energy",),
+    }
+)  # fmt: skip
+
+#: Tasks that only the linearised energy asks a student for.
+STRAIN_ENERGY = ("psi", "dpsi_ds", "d2psi_ds2")
+
+
+def needed(energy: str = "linearised", hessian: str = "closed") -> dict[str, tuple[str, ...]]:
+    """Tasks behind each part of a cloth with this energy, on this road to the Hessian."""
+    chosen = {part: NEEDS[part] for part in (*PARTS, *OTHERS)}
+    if hessian == "lecture":
+        chosen["hessian"] = NEEDS["lecture's hessian"]
+    left = () if energy == "linearised" else STRAIN_ENERGY
+    return {part: tuple(name for name in names if name not in left) for part, names in chosen.items()}
+
+
+class Cloth(Body):
+    """Elastic sheet on a triangle mesh.
+
+    Parameters
+    ----------
+    mesh : Mesh, (vertices, triangles) or path
+        Undeformed cloth.
+    mu, lam : float
+        Lamé parameters [Pa] (times `h` they are the membrane's, [N/m]).
+    rho : float
+        Density [kg/m^3].
+    h : float
+        Thickness [m].
+    functions : Functions, optional
+        A folder's functions, from `muslin.load`: the lecture's 3x3 element. Without them the framework's own
+        3x2 element.
+    energy : {"linearised", "area", "volumetric"}
+        Energy of the stretches; only the linearised one uses the student's strain energy.
+    hessian : {"closed", "lecture"}
+        Which of the two roads to the Hessian the student's functions take.
+    stand_ins : names of tasks
+        Whose functions must not be called: the framework's own code computes every part of the cloth that needs
+        one of them (see `NEEDS`).
+
+    Raises
+    ------
+    MuslinError
+        For a parameter without physical sense, or a mesh that cannot be cloth.
+    """
+
+    def __init__(
+        self,
+        mesh: Mesh | tuple[np.ndarray, np.ndarray] | Path | str,
+        *,
+        mu: float,
+        lam: float,
+        rho: float = 1.0,
+        h: float = 1.0,
+        functions: Functions | None = None,
+        energy: str = "linearised",
+        hessian: str = "closed",
+        stand_ins: Iterable[str] = (),
+    ):
+        _check_parameters(mu, lam, rho, h, energy, hessian)
+        runtime.start()
+        from muslin.mesh import Mesh, area_and_normal, load
+        from muslin.physics.elements.element import Membrane, Rest
+
+        if isinstance(mesh, (str, Path)):
+            mesh = load(mesh)
+        self.mesh = mesh if isinstance(mesh, Mesh) else Mesh.from_arrays(*mesh)
+        X = np.ascontiguousarray(self.mesh.vertices, dtype=np.float64)
+        self.triangles = np.ascontiguousarray(self.mesh.triangles, dtype=np.int32)
+        self.area, self.normal = area_and_normal(X, self.triangles)
+        self.mu, self.lam, self.rho, self.h = float(mu), float(lam), float(rho), float(h)
+        self.road = hessian
+        self.roles, self.needs = Roles(functions, checked(stand_ins, functions)), needed(energy, hessian)
+        _require_tasks(functions, self.needs)
+        rest = Rest(X, self.triangles, self.area, self.normal)
+        elements = self._elements(rest, Membrane(self.mu, self.lam, self.h, energy))
+        stiffness = self.mu * self.h
+        super().__init__(
+            X, self.triangles, elements, self._masses(), self.mesh, self.roles, self.needs, stiffness
+        )
+
+    def _elements(self, rest: Rest, membrane: Membrane) -> dict[str, Element]:
+        """Which element computes each part: the lecture's around a folder's functions, or our own."""
+        from muslin.physics.elements.native import NativeElement
+        from muslin.physics.elements.student import StudentElement
+
+        found: dict[str, Element] = {}
+        own = {part: self.needs[part] for part in PARTS if self.by_student(part) is not None}
+        if own and self.functions is not None:
+            found |= dict.fromkeys(own, StudentElement(self.functions, own, rest, membrane, self.road))
+        if left := [part for part in PARTS if part not in own]:
+            found |= dict.fromkeys(left, NativeElement(rest, membrane))
+        return found
+
+    def _masses(self) -> np.ndarray:
+        """Factor of the identity for each pair of corners of each triangle, (9 m,) [kg]."""
+        m = len(self.triangles)
+        i, j = np.divmod(np.tile(np.arange(9), m), 3)
+        area = np.repeat(self.area, 9)
+        if functions := self.by_student("mass"):
+            from muslin.tasks.batch import evaluate
+
+            return evaluate(functions.mass_block, i=i, j=j, area=area, rho=self.rho, h=self.h)
+        return self.rho * self.h * area * np.where(i == j, 2.0, 1.0) / 12
+
+    def _moving_energies(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What splits the kinetic energy: by the student's function among triangles, else among vertices."""
+        if functions := self.by_student("kinetic energy"):
+            from muslin.physics.elements.student import KineticEnergy
+
+            rest = (self.triangles, self.area, self.rho, self.h)
+            return KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
+        return super()._moving_energies()
+
+    def limiter(
+        self, limit: float, held: np.ndarray
+    ) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
+        """What keeps triangles from being stretched beyond a limit, where they can be."""
+        from muslin.physics.elements.limit import StretchLimit
+
+        weights = self.mass.sum(axis=1).A1[::3]
+        return StretchLimit(self.X, self.triangles, self.normal, weights, held, limit)
+
+    _word = "cloth"
+
+    def stretches(self, x: np.ndarray) -> np.ndarray:
+        """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""
+        from muslin.mesh import principal_stretches
+
+        return principal_stretches(self.X, x, self.triangles)
+
+
+def _require_tasks(functions: Functions | None, needs: Mapping[str, tuple[str, ...]]) -> None:
+    """Refuse a folder of another assignment."""
+    there = {} if functions is None else functions.assignment.tasks
+    wanted = () if functions is None else [name for names in needs.values() for name in names]
+    if functions is not None and (absent := [name for name in wanted if name not in there]):
+        raise MuslinError(
+            f"The assignment {functions.assignment.name!r} has no task {absent[0]!r}, which a cloth calls.",
+            "Give the functions of the cloth assignment, or none.",
+        )
+
+
+def _check_parameters(mu: float, lam: float, rho: float, h: float, energy: str, hessian: str) -> None:
+    for name, value in {"mu": mu, "rho": rho, "h": h}.items():
+        if not (np.isfinite(value) and value > 0):
+            raise MuslinError(f"{name} = {value} must be positive.")
+    if not (np.isfinite(lam) and lam > -mu):
+        raise MuslinError(
+            f"lam = {lam} must be a number above -mu = {-mu}.", "Otherwise the cloth is unstable at rest."
+        )
+    for what, chosen, known in (("energy", energy, ENERGIES), ("hessian", hessian, HESSIANS)):
+        if chosen not in known:
+            raise MuslinError(f"There is no {what} {chosen!r}.", f"There is: {', '.join(known)}.")

@@ -1,0 +1,88 @@
+"""A finer display mesh carried on a coarse simulation mesh: x(X) = N(X) q at every display vertex (S2)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from muslin.physics.roles import Roles, checked
+from muslin.tasks import Functions
+
+if TYPE_CHECKING:
+    from muslin.mesh import Mesh
+
+#: Tasks behind each part of carrying a finer mesh.
+NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType({"binding": ("phi",), "carrying": ("interpolate",)})
+
+
+@dataclass(frozen=True)
+class Skin:
+    """Where each display vertex sits: a triangle (k, 3 vertex numbers) and its shape functions (k, 3)."""
+
+    corners: np.ndarray
+    phi: np.ndarray
+    functions: Functions | None = None
+
+    def carry(self, q: np.ndarray) -> np.ndarray:
+        """Positions or velocities (k, 3) of the display vertices, from those of the simulation's (n, 3)."""
+        x = [q[self.corners[:, k]] for k in range(3)]
+        if self.functions is not None:
+            from muslin.tasks.batch import evaluate
+
+            return evaluate(self.functions.interpolate, phi=self.phi, x0=x[0], x1=x[1], x2=x[2])
+        return np.einsum("kc,ckd->kd", self.phi, np.stack(x))
+
+
+def bind(
+    display: Mesh, mesh: Mesh, functions: Functions | None = None, stand_ins: Iterable[str] = ()
+) -> Skin:
+    """Bind a display mesh to a simulation mesh, both undeformed.
+
+    Each display vertex goes to the nearest triangle, and keeps its barycentric coordinates there (of the
+    nearest point of the triangle's plane: beside the mesh they extrapolate), by the student's `phi` where
+    functions are given. Native code stands in for the tasks named in `stand_ins`.
+    """
+    roles = Roles(functions, checked(stand_ins, functions))
+    nearest = _nearest_triangle(display.vertices, mesh)
+    corners = mesh.triangles[nearest]
+    X0, X1, X2 = (mesh.vertices[corners[:, k]] for k in range(3))
+    if students := roles.calling(NEEDS["binding"]):
+        from muslin.tasks.batch import evaluate
+
+        phi = evaluate(students.phi, X=display.vertices, X0=X0, X1=X1, X2=X2)
+    else:
+        phi = _areas(display.vertices, X0, X1, X2)
+    return Skin(corners, phi, roles.calling(NEEDS["carrying"]))
+
+
+def _areas(X: np.ndarray, X0: np.ndarray, X1: np.ndarray, X2: np.ndarray) -> np.ndarray:
+    """Barycentric coordinates as ratios of signed areas."""
+    m = np.cross(X1 - X0, X2 - X0)
+    total = np.einsum("ij,ij->i", m, m)
+    phi1 = np.einsum("ij,ij->i", np.cross(X - X0, X2 - X0), m) / total
+    phi2 = np.einsum("ij,ij->i", np.cross(X1 - X0, X - X0), m) / total
+    return np.stack([1 - phi1 - phi2, phi1, phi2], axis=1)
+
+
+def _nearest_triangle(points: np.ndarray, mesh: Mesh, candidates: int = 16) -> np.ndarray:
+    """Nearest triangle (k,) of each point, among the `candidates` with the nearest centroids."""
+    from scipy.spatial import cKDTree
+
+    corners = mesh.vertices[mesh.triangles]
+    count = min(candidates, len(corners))
+    _, near = cKDTree(corners.mean(axis=1)).query(points, k=count)
+    near = np.asarray(near).reshape(len(points), count)
+    best, best_distance = near[:, 0].copy(), np.full(len(points), np.inf)
+    for column in near.T:
+        a, b, c = (corners[column, k] for k in range(3))
+        phi = np.maximum(_areas(points, a, b, c), 0.0)
+        phi /= phi.sum(axis=1, keepdims=True)
+        foot = phi[:, :1] * a + phi[:, 1:2] * b + phi[:, 2:] * c
+        distance = np.linalg.norm(points - foot, axis=1)
+        closer = distance < best_distance - 1e-12
+        best[closer], best_distance[closer] = column[closer], distance[closer]
+    return best

@@ -1,0 +1,1 @@
+"""A run as pictures, as a film, as files for other programs."""

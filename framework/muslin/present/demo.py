@@ -1,0 +1,92 @@
+"""The main job in one command: simulate, film meanwhile, and check every task against the reference data."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from muslin.base import paths
+from muslin.simulation import scenes
+
+#: The demo follows the drape until the cloth, which no friction holds, begins to slide off [steps].
+STEPS = 240
+
+#: Where the cloth goes in that time, and how deep between its vertices it sinks into the sphere [m]: known from
+#: earlier runs, for the film begins before this one has ended.
+AROUND = [
+    (x, y, z) for y, reach in ((0.35, 0.505), (-0.38, 0.44)) for x in (-reach, reach) for z in (-reach, reach)
+]
+SINKS = 0.007
+
+
+def run(
+    out: Path,
+    quality: str,
+    progress: Callable[[str], Any],
+    say: Callable[[str], Any],
+    say_verdicts: Callable[[list[Any]], None],
+) -> None:
+    """Write `out/drape.mp4`, `out/drape.png` and the run itself; print energies and verdicts.
+
+    In a checkout the reference solution runs; an installed Muslin has none and shows its own element.
+
+    Parameters
+    ----------
+    out : Path
+    quality : {"draft", "good", "best"}
+    progress : callable
+        title -> context manager that gives a (done, total) callback.
+    say, say_verdicts : callables
+        Print a line; print verdicts.
+    """
+    from muslin.judging import reference
+    from muslin.present import pictures as show
+    from muslin.present.film import Filming
+    from muslin.simulation.simulating import simulate
+    from muslin.solve.solvers import choose
+    from muslin.tasks import load
+
+    began = time.monotonic()
+
+    def first(path: Path) -> None:
+        say(f"First frame after {time.monotonic() - began:.1f} s: {paths.shown(path)}")
+
+    every = 1 if choose() == "cholmod" else 2  # what the slower solver took, the film gives back
+    scene = scenes.get("drape", steps=STEPS)
+    filming = Filming(
+        scene, out / "run", out / "drape", around=AROUND, sinks=SINKS, quality=quality, every=every,
+        on_first=first,
+    )  # fmt: skip
+    try:
+        with filming:
+            solution = load(paths.solution("cloth")) if paths.in_repository() else None
+            say(
+                f"Simulating a drape with {'the reference solution' if solution else 'the native element'} "
+                f"({choose()}), and filming it ..."
+            )
+            with progress("simulating") as tick:
+
+                def on_step(step: int, steps: int) -> None:
+                    tick(step, steps)
+                    filming.on_step(step, steps)
+
+                result = simulate(scene, functions=solution, out=out / "run", on_step=on_step)
+            if result.interrupted:
+                raise KeyboardInterrupt
+            with progress("filming") as tick:
+                written = filming.finish(tick)
+    except KeyboardInterrupt:
+        say(f"Stopped. What was simulated and filmed until now is in {paths.shown(out)}.")
+        raise
+    say("\nEnergies [J]\n  time [s]    kinetic    elastic    gravity      total")
+    table = result.energies
+    for row in table[:: max(1, len(table) // 8)]:
+        say(
+            f"  {row.time:8.3f} {row.kinetic:10.4f} {row.elastic:10.4f} {row.gravity:10.4f} {row.total:10.4f}"
+        )
+    if solution:
+        say("\nThe reference solution against the reference data")
+        say_verdicts(reference.check(solution))
+    say(f"\nWrote {show.shown(written)}.")

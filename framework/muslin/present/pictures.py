@@ -1,0 +1,402 @@
+"""A run as pictures, films and files for other programs: the one place where runs meet rendering and export."""
+
+from __future__ import annotations
+
+import functools
+import os
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from muslin import render
+from muslin.base import paths
+from muslin.base.errors import MuslinError, choices
+from muslin.mesh import area_and_normal, principal_stretches
+from muslin.physics.colliders import Capsule, Sphere
+from muslin.render import stage
+from muslin.simulation.runs import RunFolder
+
+if TYPE_CHECKING:
+    from muslin.export import Animation
+
+#: A film's file endings, and what else `render_run` can write.
+FILMS = ("mp4", "webp", "gif", "frames")
+
+#: Endings of films and pictures that Muslin does not write: no part of a name.
+OTHERS = ("mov", "avi", "mkv", "webm", "m4v", "apng", "jpg", "jpeg", "bmp", "tif", "tiff")
+
+#: The cloth's back: a shade darker than its front, so that folds read as one cloth.
+BACK = "#a63d2b"
+
+
+class Show:
+    """What there is to see in a run, frame by frame.
+
+    Parameters
+    ----------
+    run : RunFolder
+    size : (width, height)
+        Of the picture [pixels].
+    quality : {"draft", "good", "best"}
+    strain : bool
+        Colour the cloth by its largest principal stretch, with a legend.
+    wireframe : bool
+        Draw the triangles' edges.
+    around : (k, 3) array, optional
+        Points that the camera must see, for a run that is not there to the end yet [m]. Default: the cloth
+        and the colliders in the whole run.
+    sinks : float, optional
+        How deep the cloth sinks into a collider, likewise [m].
+    """
+
+    def __init__(
+        self,
+        run: RunFolder,
+        size: tuple[int, int] = (1280, 720),
+        quality: str = "good",
+        strain: bool = False,
+        wireframe: bool = False,
+        around: Any = None,
+        sinks: float | None = None,
+    ):
+        self.run, self.size, self.quality, self.wireframe = run, size, quality, wireframe
+        self.scene = run.scene
+        self.uv = stage.pattern(run.rest)
+        self.depth = float(run.energies["penetration"].max()) if sinks is None else sinks
+        self.cloth = replace(render.CLOTH, back=BACK)
+        self.legend = None
+        if strain:
+            most = max(1.02, *(float(self.strain(k).max()) for k in _some(len(self.frames), 12)))
+            reach = round(min(most - 1, 0.95) * 1.05, 2)
+            self.cloth = render.Material("strain", lo=1 - reach, hi=1 + reach)
+            self.legend = render.Legend(1 - reach, 1 + reach)
+        self._cameras: dict[int, render.Camera] = {}
+        self._ground = stage.ground(self.scene.ground or 0.0)
+        self._fixed = None if around is None else render.fit_camera(around, self.scene.view, size)
+
+    @property
+    def times(self) -> np.ndarray:
+        """Time of each frame, (k,) [s]."""
+        return self.run.times
+
+    @property
+    def frames(self) -> Sequence[np.ndarray]:
+        """Positions of what is shown, frame by frame."""
+        return self.run.frames
+
+    def strain(self, k: int) -> np.ndarray:
+        """Principal stretch that is furthest from 1, averaged onto the vertices shown, (n,) [1]."""
+        return vertex_strain(self.run.rest, self.frames[k], self.run.shown_triangles)
+
+    def surfaces(self, k: int) -> list[render.Surface]:
+        """Cloth, colliders and ground in frame k."""
+        values = self.strain(k) if self.legend else None
+        cloth = render.Surface(self.frames[k], self.run.shown_triangles, self.cloth, self.uv, values)
+        others = [_surface(c, self.depth) for c in self.colliders(k)]
+        if self.scene.ground is not None:
+            middle = self.frames[k].mean(axis=0) * (1, 0, 1)
+            others.append(replace(self._ground, vertices=self._ground.vertices + middle))
+        return [cloth, *others]
+
+    def colliders(self, k: int) -> list[Sphere | Capsule]:
+        """Colliders with a body, in frame k."""
+        there = self.scene.colliders(self.scene, float(self.times[k]))
+        return [c for c in there if isinstance(c, (Sphere, Capsule))]
+
+    def camera(self, k: int) -> render.Camera:
+        """Camera of frame k: the same for all, framing the whole motion, unless the scene wants it to follow."""
+        if self._fixed is not None:
+            return self._fixed
+        if self.scene.camera != "follow":
+            k = 0
+        if k not in self._cameras:
+            whole = self.whole + 1  # of an explosion one wants to see the start
+            every = _some(whole, 60)
+            middle = self._middles(every)
+            points = [self._points(j) - (middle(j) if self.scene.camera == "follow" else 0.0) for j in every]
+            fitted = render.fit_camera(np.concatenate(points), self.scene.view, self.size)
+            shift = middle(k) if self.scene.camera == "follow" else np.zeros(3)
+            eye, target = np.asarray(fitted.eye) + shift, np.asarray(fitted.target) + shift
+            self._cameras[k] = render.Camera(_vec(eye), _vec(target), fitted.up, fitted.fov, fitted.near)
+            if self.scene.camera == "follow":  # fitting looks at the whole motion: do it once
+                for j in range(len(self.frames)):
+                    eye, target = np.asarray(fitted.eye) + middle(j), np.asarray(fitted.target) + middle(j)
+                    self._cameras[j] = render.Camera(
+                        _vec(eye), _vec(target), fitted.up, fitted.fov, fitted.near
+                    )
+        return self._cameras[k]
+
+    @functools.cached_property
+    def whole(self) -> int:
+        """The last frame before the cloth has come apart, if it has."""
+        most = 5 * np.ptp(self.frames[0], axis=0).max()
+        broken = (k for k, x in enumerate(self.frames) if not np.ptp(x, axis=0).max() <= most)
+        return max(0, next(broken, len(self.frames)) - 1)
+
+    def _middles(self, every: np.ndarray) -> Callable[[int], np.ndarray]:
+        """Smooth path of what is held (or of the whole cloth), for a camera that follows."""
+        held = self.run.held
+        path = np.stack([f[held].mean(axis=0) if len(held) else f.mean(axis=0) for f in self.run.simulated])
+        path[:, 1] = path[:, 1].mean()
+        return lambda k: path[k]
+
+    def _points(self, k: int) -> np.ndarray:
+        bodies = [stage.collider_corners(c) for c in self.colliders(k)]
+        return np.concatenate([self.frames[k], *bodies])
+
+    def picture(self, k: int) -> np.ndarray:
+        """Frame k as a picture, (height, width, 3) uint8."""
+        return render.draw(
+            self.surfaces(k),
+            self.camera(k),
+            self.size,
+            self.quality,
+            wireframe=self.wireframe,
+            legend=self.legend,
+        )
+
+
+def vertex_strain(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Principal stretch furthest from 1, averaged by area onto vertices, (n,) [1]."""
+    s = principal_stretches(rest, x, triangles)
+    furthest = s[np.arange(len(s)), np.argmax(np.abs(s - 1), axis=1)]
+    area, _ = area_and_normal(rest, triangles)
+    corners = triangles.ravel()
+    weight = np.bincount(corners, np.repeat(area, 3), minlength=len(x))
+    return np.bincount(corners, np.repeat(area * furthest, 3), minlength=len(x)) / weight
+
+
+def render_run(
+    folder: Path | str,
+    out: Path | str | None = None,
+    film: str | None = None,
+    still: float | None = None,
+    on_frame: Callable[[int, int], None] | None = None,
+    every: int = 1,
+    **options: Any,
+) -> list[Path]:
+    """Render a run: a film, a still, an energy plot.
+
+    Parameters
+    ----------
+    folder : path
+        A run.
+    out : path, optional
+        Name of the film, `fall.mp4`, or of film and pictures without their endings; a folder (one that is there,
+        or a path that ends in a slash) gets files named like the scene. Default `folder/<scene>`.
+    film : {"mp4", "webp", "gif", "frames", "none"}, optional
+        Default: what the ending of `out` says (of `fall.png` no film), else mp4.
+    still : float, optional
+        Time of the still [s]; default the scene's, or the last frame's.
+    on_frame : callable, optional
+        Called as (frame, frames) after every frame of the film.
+    every : int
+        Film only every so many frames, at as many fewer frames per second.
+    **options
+        size, quality, strain, wireframe: see `Show`.
+
+    Returns
+    -------
+    list of Path
+        Files written: still, energy plot, film.
+
+    Raises
+    ------
+    MuslinError
+        If the folder is not a run or a format is unknown.
+    """
+    run = RunFolder(folder)
+    base, film = placed(out, film, run)
+    show = Show(run, **options)
+    base.parent.mkdir(parents=True, exist_ok=True)
+    plots = energy_plot(run, base)
+    still_, *films = _pictures(show, base, film, still, on_frame, every)
+    return [still_, *plots, *films]
+
+
+def render_pair(
+    folder: Path | str,
+    reference: Path | str,
+    out: Path,
+    film: str | None = "mp4",
+    on_frame: Callable[[int, int], None] | None = None,
+    **options: Any,
+) -> list[Path]:
+    """Render two runs of one scene side by side: a film and a still; see `render_run`.
+
+    Parameters
+    ----------
+    folder, reference : path
+        Runs: the one on the left, and the one beside it, whose camera and colours both have.
+    out : path
+        Path of film and still without their endings.
+    film : {"mp4", "webp", "gif", "frames"}, optional
+        None for no film.
+    on_frame : callable, optional
+        Called as (frame, frames).
+    **options
+        size, quality, strain, wireframe: see `Show`.
+    """
+    out.parent.mkdir(parents=True, exist_ok=True)
+    return _pictures(Pair(RunFolder(folder), RunFolder(reference), **options), out, film, None, on_frame)
+
+
+class Pair:
+    """Two runs of one scene as one picture; the one that has come to its end earlier stands still.
+
+    Parameters
+    ----------
+    left, right : RunFolder
+        The right one says from where and in which colours.
+    size : (width, height)
+        Of the whole picture [pixels].
+    labels : (str, str)
+    **options
+        See `Show`.
+    """
+
+    def __init__(
+        self,
+        left: RunFolder,
+        right: RunFolder,
+        size: tuple[int, int] = (1280, 720),
+        labels: tuple[str, str] = ("yours", "the reference"),
+        **options: Any,
+    ):
+        half = size[0] // 4 * 2
+        self.size, self.labels, self.scene = (2 * half, size[1]), labels, right.scene
+        self.shows = Show(left, (half, size[1]), **options), Show(right, (half, size[1]), **options)
+        theirs, measure = self.shows
+        theirs.cloth, theirs.legend = measure.cloth, measure.legend
+        theirs.camera = lambda k: measure.camera(min(k, len(measure.times) - 1))  # type: ignore[method-assign]
+        self.times = max((show.times for show in self.shows), key=len)
+        self.whole = measure.whole
+
+    def picture(self, k: int) -> np.ndarray:
+        """Frame k as a picture, (height, width, 3) uint8."""
+        parts = []
+        for show, label in zip(self.shows, self.labels, strict=True):
+            last = min(k, show.whole)
+            ended = f", until {show.times[last]:.2f} s" if last < k else ""
+            parts.append(render.text_overlay(show.picture(last), label + ended))
+        return np.concatenate(parts, axis=1)
+
+
+def _pictures(
+    show: Show | Pair,
+    base: Path,
+    film: str | None,
+    still: float | None,
+    on_frame: Callable[[int, int], None] | None,
+    every: int = 1,
+) -> list[Path]:
+    """Write a still and a film; returns the files."""
+    still = show.scene.still if still is None else still
+    k = len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
+    written = [render.write_png(beside(base, ".png"), show.picture(min(k, show.whole)))]
+    if film is not None:
+        target = beside(base, "-frames" if film == "frames" else f".{film}")
+        filmed = range(0, len(show.times), every)
+        with render.Movie(target, show.size, max(1, show.scene.fps // every)) as movie:
+            for number, frame in enumerate(filmed):
+                movie.add(show.picture(frame))
+                if on_frame:
+                    on_frame(number + 1, len(filmed))
+        written.append(target)
+    return written
+
+
+def placed(out: Path | str | None, film: str | None, run: RunFolder) -> tuple[Path, str | None]:
+    """Where pictures go, without an ending, and which film is made: None for none; see `render_run`.
+
+    Raises
+    ------
+    MuslinError
+        If there is no such format, or the ending of `out` says another one than `film`.
+    """
+    if film is not None and film not in (*FILMS, "none"):
+        raise MuslinError(f"There is no film format {film!r}.", choices(film, (*FILMS, "none")))
+    given = os.fspath(out) if out is not None else f"{run.folder}/"
+    base = Path(given)
+    if given.endswith(("/", os.sep)) or base.is_dir():
+        return base / run.scene.name, None if film == "none" else film or "mp4"
+    ending = base.suffix[1:].lower()
+    if ending in OTHERS:
+        raise MuslinError(
+            f"{base.name}: there are no files of the kind {ending}.", choices(ending, (*FILMS, "png"))
+        )
+    if ending in ("mp4", "webp", "gif", "png"):
+        meant = "none" if ending == "png" else ending
+        if film is not None and meant not in ("none", film):
+            raise MuslinError(f"{base.name} is no {film} file.", f"Leave out --to {film}, or the ending.")
+        base, film = base.with_suffix(""), film or meant
+    return base, None if film == "none" else film or "mp4"
+
+
+def energy_plot(run: RunFolder, base: Path) -> list[Path]:
+    """Plot a run's energies beside `base`; returns the file, or nothing for a run of one row."""
+    table = run.energies
+    if len(table) < 2:
+        return []
+    energies = {name: table[name] for name in ("kinetic", "elastic", "gravity")}
+    plot = beside(base, "-energies.png")
+    render.plot_energies(energies, table["time"], plot, title=run.scene.title)
+    return [plot]
+
+
+def animation(folder: Path | str) -> Animation:
+    """A run as an animation to export."""
+    from muslin.export import Animation, Prop
+
+    run = RunFolder(folder)
+    show = Show(run)
+    bodies = [[_surface(c, 0.0) for c in show.colliders(k)] for k in range(len(show.times))]
+    names = [f"{type(c).__name__.lower()}_{number}" for number, c in enumerate(show.colliders(0))]
+    props = []
+    for number, name in enumerate(names):
+        frames = [np.asarray(there[number].vertices) for there in bodies]
+        moves = any(not np.array_equal(frames[0], frame) for frame in frames[1:])
+        props.append(Prop(name, np.asarray(bodies[0][number].triangles), frames if moves else frames[0]))
+    return Animation(
+        show.times, run.frames, run.shown_triangles, run.rest,
+        name=run.scene.name, props=tuple(props), strain=show.strain,
+    )  # fmt: skip
+
+
+def export_run(folder: Path | str, to: str | None = None, out: Path | str | None = None) -> list[Path]:
+    """Write a run for other programs (see `muslin.export.FORMATS`, default as `out` ends); returns the files."""
+    from muslin import export
+
+    ending = Path(out).suffix[1:].lower() if out is not None else ""
+    to = to or (ending if ending in export.FORMATS else "glb")
+    if to not in export.FORMATS:
+        raise MuslinError(f"There is no export format {to!r}.", choices(to, export.FORMATS))
+    path = out if out is not None else Path(folder) / to / RunFolder(folder).scene.name
+    return export.write(animation(folder), path, to)
+
+
+def _surface(collider: Sphere | Capsule, depth: float) -> render.Surface:
+    """A collider as it is drawn: a little smaller, since cloth cuts corners and sinks in up to `depth` [m]."""
+    radius = max(0.99 * collider.radius - depth, 0.9 * collider.radius)
+    return stage.collider_surface(collider, radius)
+
+
+def _some(count: int, most: int) -> np.ndarray:
+    return np.unique(np.linspace(0, count - 1, min(count, most)).round().astype(int))
+
+
+def _vec(v: np.ndarray) -> tuple[float, float, float]:
+    return (float(v[0]), float(v[1]), float(v[2]))
+
+
+def beside(base: Path, ending: str) -> Path:
+    """The path `base` with an ending appended to its name."""
+    return base.with_name(base.name + ending)
+
+
+def shown(files: list[Path]) -> str:
+    """Files as a list for people."""
+    return ", ".join(paths.shown(file) for file in files)

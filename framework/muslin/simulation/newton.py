@@ -1,0 +1,117 @@
+"""Newton's method with a backtracking line search, on a function with a positive semi-definite Hessian."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+import numpy as np
+
+from muslin.base.errors import SimulationError
+
+#: Iterations at most, before a step counts as failed. A few do, but where a compressed sheet must first
+#: find how to buckle (it has no bending stiffness to choose for it) there can be hundreds.
+ITERATIONS = 2000
+
+#: Share of the slope's promise that a step must keep (Armijo), and the shortest part of a step that is tried.
+KEPT, SHORTEST = 1e-4, 1e-10
+
+#: Rounding of the function itself, relative to its size: of a sum, and of what cancels near the minimum.
+ROUNDING, CANCELLED = 1e-14, 1e-11
+
+
+class Problem(Protocol):
+    """What is minimised, a function phi of a vector (k,).
+
+    All but `value` speak of the last place that `value` was asked for.
+    """
+
+    def value(self, v: np.ndarray) -> float:
+        """phi(v); not finite, or a `SimulationError`, where there is no such value."""
+        ...
+
+    def gradient(self) -> tuple[np.ndarray, float]:
+        """The gradient (k,), and the size of the largest of the terms that cancel in it."""
+        ...
+
+    def assemble(self) -> None:
+        """Write down the Hessian: `rounding` and `solve` are about it."""
+        ...
+
+    def rounding(self) -> np.ndarray:
+        """The gradient's rounding error, (k,)."""
+        ...
+
+    def solve(self, r: np.ndarray) -> np.ndarray:
+        """(k,) Hessian^-1 r."""
+        ...
+
+    def size(self, r: np.ndarray) -> float:
+        """Norm of a gradient, or of its error, over what may vary."""
+        ...
+
+    def is_nothing(self, step: np.ndarray) -> bool:
+        """Whether a step would move things by no more than rounding does."""
+        ...
+
+
+def minimise(problem: Problem, v: np.ndarray, tolerance: float) -> np.ndarray:
+    """Where the gradient is as good as zero.
+
+    Parameters
+    ----------
+    problem : Problem
+    v : (k,) array
+        Where to begin.
+    tolerance : float
+        The gradient counts as zero below this share of its largest term, or below its own rounding error.
+
+    Raises
+    ------
+    SimulationError
+        If that is not found.
+    """
+    phi = problem.value(v)
+    for _ in range(ITERATIONS):
+        r, scale = problem.gradient()
+        size = problem.size(r)
+        if not np.isfinite(size):
+            raise SimulationError("Newton's method met a NaN.", "Reduce dt, or look at your functions.")
+        if size <= tolerance * scale:
+            return v
+        problem.assemble()
+        noise = problem.rounding()
+        step = problem.solve(-r)
+        if size <= problem.size(noise) or problem.is_nothing(step):
+            return v
+        v, phi = _search(problem, v, phi, step, float(r @ step), float(noise @ np.abs(step)), size / scale)
+    raise SimulationError(
+        f"Newton's method did not converge in {ITERATIONS} iterations: "
+        f"the residual is {size / scale:.1e} of its scale.",
+        "Reduce dt.",
+    )
+
+
+def _search(
+    problem: Problem, v: np.ndarray, phi: float, step: np.ndarray, slope: float, noise: float, left: float
+) -> tuple[np.ndarray, float]:
+    """The first of v + step, v + step / 2, ... that goes down far enough, and phi there."""
+    allowed = noise + ROUNDING * abs(phi)
+    if -slope < CANCELLED * abs(phi):  # so near the minimum that the energy's own rounding hides the way down
+        allowed += CANCELLED * abs(phi)
+    length, trial = 1.0, _attempt(problem, v + step)
+    while not trial <= phi + KEPT * length * slope + allowed:
+        length /= 2
+        if length < SHORTEST:
+            raise SimulationError(
+                f"Newton's line search found no descent (residual {left:.1e} of its scale).",
+                "Reduce dt, or check force and Hessian against each other.",
+            )
+        trial = _attempt(problem, v + length * step)
+    return v + length * step, trial
+
+
+def _attempt(problem: Problem, v: np.ndarray) -> float:
+    try:
+        return problem.value(v)
+    except SimulationError:  # a step so long that a cell collapsed: too long
+        return np.inf

@@ -1,0 +1,20 @@
+"""A square metre of cloth, held by two corners, swings down like a curtain that was let go."""
+
+from muslin.simulation.scenes.scene import Scene, lying
+
+SCENE = Scene(
+    name="hang",
+    title="A cloth hanging from two corners",
+    resolution=64,
+    pinned="corners",
+    mu=2e3,
+    lam=2e3,
+    rho=0.2,
+    dt=1 / 60,
+    steps=180,
+    frame_every=1,
+    view=(-0.5, 0.25, 1.0),
+    tilt=40.0,
+    still=0.5,
+    start=lying,
+)

@@ -1,0 +1,355 @@
+"""What a scene is: plain parameters anyone may override, and the few functions that make it particular."""
+
+from __future__ import annotations
+
+import dataclasses
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from muslin import mesh as meshes
+from muslin.base import paths
+from muslin.base.errors import MuslinError, choices
+from muslin.mesh import Mesh
+from muslin.physics.colliders import CONTACT, Collider, Plane, Sphere
+from muslin.physics.material import lame
+
+EARTH = (0.0, -9.81, 0.0)
+Vec = tuple[float, float, float]
+
+
+def as_it_is(scene: Scene, mesh: Mesh) -> np.ndarray:
+    """Start in the undeformed shape."""
+    return mesh.vertices.copy()
+
+
+def lying(scene: Scene, mesh: Mesh) -> np.ndarray:
+    """Start undeformed, turned to lie horizontally but for `scene.tilt`, its middle at `scene.start_at`."""
+    area, normal = meshes.area_and_normal(mesh.vertices, mesh.triangles)
+    n = area @ normal
+    if np.linalg.norm(n) < 1e-9 * area.sum():
+        raise MuslinError(
+            f"The mesh {mesh.name!r} is closed: there is no way to lay it flat.", "Use an open one."
+        )
+    n /= np.linalg.norm(n)
+    side = np.cross(n, (0.0, 0.0, 1.0)) if abs(n[2]) < 0.9 else np.array([1.0, 0.0, 0.0])
+    side /= np.linalg.norm(side)
+    turn = np.stack([side, n, np.cross(side, n)])
+    flat = mesh.vertices @ turn.T
+    middle = (flat.min(axis=0) + flat.max(axis=0)) / 2
+    c, s = np.cos(np.radians(scene.tilt)), np.sin(np.radians(scene.tilt))
+    tilted = (flat - middle) @ np.array([[1, 0, 0], [0, c, -s], [0, s, c]]).T
+    return tilted + np.asarray(scene.start_at)
+
+
+def sphere_and_floor(scene: Scene, time: float) -> tuple[Collider, ...]:
+    """The scene's floor, and its sphere moving with `sphere_velocity`, where they are switched on.
+
+    The sphere comes last: where cloth is caught between the two, it has the last word.
+    """
+    there: list[Collider] = []
+    if scene.floor and scene.ground is not None:
+        there.append(Plane((0.0, scene.ground, 0.0), (0.0, 1.0, 0.0)))
+    if scene.sphere:
+        center = np.asarray(scene.sphere_center) + time * np.asarray(scene.sphere_velocity)
+        there.append(Sphere(tuple(center.tolist()), scene.sphere_radius, scene.sphere_velocity))
+    return tuple(there)
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A cloth, what holds it, what pulls at it, what it meets, and how time passes.
+
+    Everything but the functions at the end can be overridden by name (`--set key=value`).
+    """
+
+    name: str
+    title: str
+    mesh: str = "grid"  # "grid", a mesh Muslin ships, or a file
+    scale: str = "1"  # of the mesh: a factor on its coordinates, or "fit" for the size the scene is made for
+    resolution: int = 64  # vertices along each side of a grid
+    pinned: str = "none"  # none, highest-row, corners, collar, or vertex numbers
+    E: float | None = None  # Young's modulus [Pa] and Poisson's ratio, or the Lamé parameters
+    nu: float | None = None
+    mu: float | None = None
+    lam: float | None = None
+    swap_lame: bool = False  # pass lam for mu, as the original course's starter code did
+    rho: float = 1.0
+    h: float = 1.0
+    gravity: Vec = EARTH
+    dt: float = 1 / 240
+    steps: int = 480
+    frame_every: int = 4  # steps between frames
+    fps: int = 60  # of the video
+    integrator: str = "linearly-implicit"
+    solver: str = "auto"
+    contact: str = "filter"  # filter the solved velocity, or "solve" with the contacts in the system
+    stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
+    project: bool = True
+    tolerance: float = 1e-8  # of Newton's method, in backward Euler
+    sphere: bool = False
+    sphere_center: Vec = (0.0, 0.0, 0.0)
+    sphere_radius: float = 0.3
+    sphere_velocity: Vec = (0.0, 0.0, 0.0)
+    wind: Vec = (0.0, 0.0, 0.0)
+    drag: float = 0.0  # of the air [kg/m^3]
+    start_at: Vec = (0.0, 0.0, 0.0)
+    tilt: float = 0.0  # of a cloth that starts lying, about the x axis [degrees]
+    start_velocity: Vec = (0.0, 0.0, 0.0)
+    stretch: Vec = (1.0, 1.0, 1.0)  # scales the start along each axis
+    drag_vertex: int = -1  # the mouse: which vertex (none: -1), where to, how stiff
+    drag_to: Vec = (0.0, 0.0, 0.0)
+    drag_stiffness: float = 1e3
+    view: Vec = (0.4, 0.35, 1.0)  # direction from the cloth to the camera
+    still: float | None = None  # time of the still [s]; none: the end
+    camera: str = "fit"  # "fit" the whole motion, or "follow" the cloth
+    ground: float | None = None  # height of the ground in the picture
+    floor: bool = False  # whether the ground is solid
+    size: float = 1.0  # longest side of the cloth the scene is made for [m]
+    start: Callable[[Any, Mesh], np.ndarray] = as_it_is
+    colliders: Callable[[Any, float], tuple[Collider, ...]] = sphere_and_floor
+    carried: Callable[[Any, np.ndarray, float], np.ndarray] | None = (
+        None  # where pinned vertices are at a time
+    )
+
+    @property
+    def lame(self) -> tuple[float, float]:
+        """Lamé parameters (mu, lam) [Pa], from whichever pair was given."""
+        if self.mu is not None and self.lam is not None:
+            return (self.lam, self.mu) if self.swap_lame else (self.mu, self.lam)
+        if self.E is None or self.nu is None:
+            raise MuslinError(f"The scene {self.name!r} needs E and nu, or mu and lam.")
+        return lame(self.E, self.nu, self.swap_lame)
+
+    def parameters(self) -> dict[str, Any]:
+        """All that can be overridden, by name."""
+        return {f.name: getattr(self, f.name) for f in dataclasses.fields(self) if f.name not in _FIXED}
+
+    def load_mesh(self) -> Mesh:
+        """The undeformed cloth."""
+        if self.mesh == "grid":
+            n = self.resolution
+            return self.scaled(meshes.grid(n, n, name=f"grid {n}x{n}"))
+        shipped = paths.meshes() / f"{self.mesh}.obj"
+        file = shipped if shipped.is_file() and not Path(self.mesh).exists() else self.mesh
+        return self.scaled(meshes.load(file))
+
+    def scaled(self, mesh: Mesh) -> Mesh:
+        """A mesh at the scene's `scale`."""
+        return mesh.scaled(self.factor(mesh))
+
+    def factor(self, mesh: Mesh) -> float:
+        """What `scale` multiplies a mesh's coordinates with."""
+        return self.size / mesh.extent if self.scale == "fit" else _number(self.scale)
+
+    def pinned_vertices(self, mesh: Mesh) -> np.ndarray:
+        """Numbers of the vertices that are held.
+
+        Raises
+        ------
+        MuslinError
+            If `pinned` is neither a known rule nor a list of vertex numbers.
+        """
+        X = mesh.vertices
+        if self.pinned in PINS:
+            held = PINS[self.pinned](X, mesh.extent)
+        else:
+            try:
+                numbers = [int(word) for word in str(self.pinned).replace(",", " ").split()]
+            except ValueError:
+                raise MuslinError(
+                    f"pinned = {self.pinned!r} is not understood.",
+                    f"Write one of {', '.join(PINS)}, or vertex numbers such as 0,19.",
+                ) from None
+            held = np.unique(mesh.find(np.array(numbers, dtype=np.int64)))
+        if len(held) == len(X):
+            flat = self.pinned in PINS and np.ptp(X[:, 1]) <= 1e-6 * mesh.extent
+            why = " (it is flat: y is the same everywhere)" if flat else ""
+            raise MuslinError(
+                f"pinned = {self.pinned!r} holds all {len(X)} vertices of {mesh.name!r}{why}, "
+                "so that nothing can move.",
+                f"Hold fewer: --set pinned=corners, or vertex numbers such as {_two_ends(mesh)}."
+                + (" Or turn the mesh so that y points up." if why else ""),
+            )
+        return held
+
+    def remarks(self, mesh: Mesh, held: np.ndarray) -> tuple[str, ...]:
+        """What a person should know of a mesh in this scene before it is simulated.
+
+        What was left out or changed when it was read, and a size or pins that do not fit the scene.
+
+        Parameters
+        ----------
+        mesh : Mesh
+            As the scene takes it, scaled.
+        held : (k,) int
+            The vertices that are held.
+        """
+        said = list(mesh.notices)
+        if not self.size / FAR_OFF < mesh.extent < self.size * FAR_OFF:
+            meets = f", and the sphere's radius is {self.sphere_radius:g} m" if self.sphere else ""
+            said.append(
+                f"The cloth {mesh.name!r} is {mesh.extent:.3g} m across; the scene {self.name!r} is made for "
+                f"one of {self.size:.3g} m{meets}. If the mesh is not in metres, scale it: --scale 0.001 from "
+                "millimetres, --scale 0.01 from centimetres, or --scale fit."
+            )
+        if self.pinned == "corners" and len(held) < 2:
+            where = ", ".join(str(n) for n in mesh.called(held))
+            said.append(
+                f"pinned = 'corners' holds {len(held)} vertex of {mesh.name!r} (number {where}), not two: "
+                f"no other is as high. To hold others: {_two_ends(mesh)}, by their numbers from 0."
+            )
+        return tuple(said)
+
+
+def _two_ends(mesh: Mesh) -> str:
+    """A setting that pins the two vertices farthest apart in x."""
+    x = mesh.vertices[:, 0]
+    ends = mesh.called(np.array([np.argmin(x), np.argmax(x)]))
+    return f"--set pinned={','.join(map(str, ends))}"
+
+
+#: How many times larger or smaller than a scene's own a cloth may be before that is remarked upon.
+FAR_OFF = 10.0
+_FIXED = {"name", "title", "size", "start", "colliders", "carried"}
+
+
+def _none(X: np.ndarray, size: float) -> np.ndarray:
+    return np.empty(0, dtype=int)
+
+
+def _highest_row(X: np.ndarray, size: float) -> np.ndarray:
+    return np.flatnonzero(X[:, 1] > X[:, 1].max() - 1e-6 * size)
+
+
+def _corners(X: np.ndarray, size: float) -> np.ndarray:
+    """The two upper corners: extreme in x among the highest row."""
+    row = _highest_row(X, size)
+    return np.unique(row[[int(np.argmin(X[row, 0])), int(np.argmax(X[row, 0]))]])
+
+
+def _collar(X: np.ndarray, size: float) -> np.ndarray:
+    """The inner arc of a cape pattern: the vertices nearest its centre, the origin."""
+    radius = np.linalg.norm(X, axis=1)
+    return np.flatnonzero(radius < radius.min() + 1e-6 * size)
+
+
+#: Rules for `pinned`, on the undeformed positions.
+PINS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
+    "none": _none,
+    "highest-row": _highest_row,
+    "corners": _corners,
+    "collar": _collar,
+}
+
+
+def override(scene: Scene, **values: Any) -> Scene:
+    """Copy of a scene with some parameters changed; text is converted to the parameter's type.
+
+    Raises
+    ------
+    MuslinError
+        If a parameter is unknown or a value cannot be read.
+    """
+    known = scene.parameters()
+    changes: dict[str, Any] = {}
+    for name, value in values.items():
+        if name not in known:
+            raise MuslinError(
+                f"The scene {scene.name!r} has no parameter {name!r}.", choices(name, sorted(known))
+            )
+        changes[name] = _convert(name, value, _kind(scene, name))
+    if {"E", "nu"} & changes.keys() and not {"mu", "lam"} & changes.keys():
+        changes |= {"mu": None, "lam": None}  # the pair given last counts
+    changed = dataclasses.replace(scene, **changes)
+    if (changed.mu is None) != (changed.lam is None):
+        raise MuslinError(f"The scene {scene.name!r} has only one of mu and lam.", "Give both, or E and nu.")
+    for name, low in LOWEST.items():
+        if not getattr(changed, name) > low:
+            wanted = "positive" if low == 0 else f"at least {low + 1}"
+            raise MuslinError(f"{name} = {getattr(changed, name)} must be {wanted}.")
+    if changed.scale != "fit" and not _convert("scale", changed.scale, "float") > 0:
+        raise MuslinError(f"scale = {changed.scale} must be positive.", "Write a factor, or fit.")
+    if changed.camera not in ("fit", "follow"):
+        raise MuslinError(f"camera = {changed.camera!r} is not understood.", "Write fit or follow.")
+    if changed.contact not in CONTACT:
+        raise MuslinError(
+            f"contact = {changed.contact!r} is not understood.", f"Write {' or '.join(CONTACT)}."
+        )
+    if changed.contact == "solve" and changed.integrator != "linearly-implicit":
+        raise MuslinError(
+            f"contact=solve does not go with integrator={changed.integrator}.", "Leave one out."
+        )
+    if changed.stretch_limit and not changed.stretch_limit > 1:
+        raise MuslinError(
+            f"stretch_limit = {changed.stretch_limit} must be above 1, or 0 for none.", "For example 1.01."
+        )
+    if not any(changed.view[k] for k in (0, 2)):
+        raise MuslinError("view must not point straight up or down.", "For example: view=0.4,0.35,1")
+    return changed
+
+
+#: What parameters must be above.
+LOWEST = {
+    "dt": 0.0,
+    "steps": -1,
+    "frame_every": 0,
+    "fps": 0,
+    "resolution": 1,
+    "sphere_radius": 0.0,
+    "tolerance": 0.0,
+}
+
+
+def _kind(scene: Scene, name: str) -> str:
+    kind = next(f.type for f in dataclasses.fields(scene) if f.name == name)
+    return kind if isinstance(kind, str) else kind.__name__  # a subclass may annotate with types or with text
+
+
+def _convert(name: str, value: Any, kind: str) -> Any:
+    """Read a parameter from text (or pass it through) according to its declared type."""
+    try:
+        if kind == "bool":
+            words = {
+                "true": True,
+                "yes": True,
+                "on": True,
+                "1": True,
+                "false": False,
+                "no": False,
+                "off": False,
+                "0": False,
+                "none": False,
+            }
+            return words[str(value).strip().lower()]
+        if kind == "int":
+            if float(value) != int(float(value)):
+                raise ValueError
+            return int(float(value))
+        if kind == "Vec":
+            parts = value.replace(",", " ").split() if isinstance(value, str) else list(value)
+            vector = tuple(_number(part) for part in parts)
+            if len(vector) != 3:
+                raise ValueError
+            return vector
+        if kind.startswith("float"):
+            return None if "None" in kind and (value is None or value == "none") else _number(value)
+        return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+    except (ValueError, TypeError, KeyError, OverflowError, ZeroDivisionError):
+        wanted = {"bool": "on or off", "int": "a whole number", "Vec": "three numbers such as 0,-9.81,0"}
+        raise MuslinError(f"{name} = {value!r} is not {wanted.get(kind, 'a number')}.") from None
+
+
+def _number(text: Any) -> float:
+    """A finite number; fractions such as 1/240 are read too."""
+    if isinstance(text, str) and "/" in text:
+        above, below = text.split("/")
+        number = float(above) / float(below)
+    else:
+        number = float(text)
+    if not np.isfinite(number):
+        raise ValueError(text)
+    return number

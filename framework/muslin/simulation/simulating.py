@@ -1,0 +1,245 @@
+"""Run a scene: mesh -> model -> steps -> frames.
+
+`simulate` is the one way in, from Python and from the command line alike.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from muslin import mesh as meshes
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.mesh import Mesh
+from muslin.physics.cloth import Cloth
+from muslin.simulation import scenes
+from muslin.simulation.marching import Run, march
+from muslin.simulation.model import Model, Spring, State
+from muslin.simulation.runs import RunFolder, Writer
+from muslin.simulation.scenes import Scene
+from muslin.tasks import Functions, load
+
+
+def build(
+    scene: Scene,
+    functions: Functions | None = None,
+    energy: str = "linearised",
+    hessian: str = "closed",
+    mesh: Mesh | None = None,
+    stand_ins: Iterable[str] = (),
+) -> tuple[Model, State]:
+    """Model and starting state of a scene, with another mesh than its own if one is given.
+
+    The other parameters are those of `simulate`.
+
+    Returns
+    -------
+    model : Model
+    state : State
+    """
+    mesh = scene.load_mesh() if mesh is None else mesh
+    mu, lam = scene.lame
+    cloth = Cloth(
+        mesh,
+        mu=mu,
+        lam=lam,
+        rho=scene.rho,
+        h=scene.h,
+        functions=functions,
+        energy=energy,
+        hessian=hessian,
+        stand_ins=stand_ins,
+    )
+    x = np.ascontiguousarray(scene.start(scene, mesh))
+    middle = (x.min(axis=0) + x.max(axis=0)) / 2
+    x = middle + (x - middle) * np.asarray(scene.stretch) if scene.stretch != (1.0, 1.0, 1.0) else x
+    held = scene.pinned_vertices(mesh)
+    carried = scene.carried
+
+    def held_velocity(time: float, dt: float) -> np.ndarray:
+        assert carried is not None
+        start = x[held]
+        return (carried(scene, start, time + dt) - carried(scene, start, time)) / dt
+
+    model = Model(
+        cloth,
+        gravity=np.asarray(scene.gravity),
+        held=held,
+        held_velocity=held_velocity if carried else None,
+        colliders=lambda time: scene.colliders(scene, time),
+        wind=scene.wind,
+        drag=scene.drag,
+        spring=_spring(scene, mesh),
+        project=scene.project,
+        solver=scene.solver,
+        contact=scene.contact,
+        stretch_limit=scene.stretch_limit,
+        tolerance=scene.tolerance,
+    )
+    v = np.tile(np.asarray(scene.start_velocity, float), (len(x), 1))
+    v[held] = 0.0
+    return model, State(x, v)
+
+
+def _spring(scene: Scene, mesh: Mesh) -> Spring | None:
+    if scene.drag_vertex < 0:
+        return None
+    return Spring(int(mesh.find(scene.drag_vertex)[0]), scene.drag_to, scene.drag_stiffness)
+
+
+def simulate(
+    scene: str | Scene,
+    *,
+    functions: Functions | Path | str | None = None,
+    steps: int | None = None,
+    mesh: Mesh | tuple[np.ndarray, np.ndarray] | Path | str | None = None,
+    energy: str = "linearised",
+    hessian: str = "closed",
+    stand_ins: Iterable[str] = (),
+    display: Path | str | None = None,
+    out: Path | str | None = None,
+    resume: bool = False,
+    on_step: Callable[[int, int], None] | None = None,
+    on_notice: Callable[[str], None] | None = None,
+    **parameters: Any,
+) -> Run:
+    """Simulate a scene.
+
+    Parameters
+    ----------
+    scene : str or Scene
+        A name from `muslin.simulation.scenes.SCENES`.
+    functions : Functions or path, optional
+        Whose functions run: a folder of the assignment's files. Default: the framework's own element.
+    steps : int, optional
+        Time steps; default the scene's.
+    mesh : path, Mesh or (vertices, triangles), optional
+        Another undeformed cloth than the scene's.
+    energy : {"linearised", "area", "volumetric"}
+    hessian : {"closed", "lecture"}
+    stand_ins : names of tasks
+        Whose functions must not be called: native code computes what needs them. `muslin.physics.stand_ins.unusable`
+        lists those a folder does not have.
+    display : path, optional
+        A finer mesh to carry along and show, in the same undeformed space.
+    out : path, optional
+        Folder to write the run to; an earlier run there is replaced.
+    resume : bool
+        Go on from the checkpoint in `out` instead; scene and parameters are the ones recorded there.
+    on_step : callable, optional
+        Called as (step, steps) after every step.
+    on_notice : callable, optional
+        Called before the first step with each thing a person should know of the mesh; see `Scene.remarks`.
+    **parameters
+        Any scene parameter: mu, lam, dt, gravity, pinned, scale, sphere, ...
+
+    Returns
+    -------
+    Run
+
+    Raises
+    ------
+    SimulationError
+        If it blows up; what was written so far stays usable.
+    MuslinError
+        For a scene, parameter, mesh or folder that does not exist or make sense.
+    """
+    if resume:
+        given = {"mesh": mesh, "display": display, "stand_ins": tuple(stand_ins) or None, **parameters}
+        if (energy, hessian) != ("linearised", "closed"):
+            given |= {"energy": energy, "hessian": hessian}
+        if changed := [name for name, value in given.items() if value is not None]:
+            raise MuslinError(f"A resumed run keeps its parameters: {', '.join(changed)} cannot change.")
+        return _resume(scene, functions, steps, out, on_step)
+    chosen, mesh = _chosen(scene, mesh, parameters if steps is None else parameters | {"steps": steps})
+    functions = load(functions) if isinstance(functions, (str, Path)) else functions
+    model, state = build(chosen, functions, energy, hessian, mesh, stand_ins)
+    if on_notice:
+        for remark in chosen.remarks(mesh, model.held):
+            on_notice(remark)
+    shown = meshes.load(display).scaled(mesh.scale) if display is not None else None
+    if out is None:
+        return march(chosen, model, state, shown=shown, on_step=on_step)
+    _require_repeatable(chosen)
+
+    def writer() -> Writer:
+        opened = Writer(out, _description(chosen, functions, energy, hessian, model.body.stand_ins))
+        opened.meshes(model.body.mesh, model.held, shown)
+        return opened
+
+    return march(chosen, model, state, writer, shown, on_step)
+
+
+def _chosen(
+    scene: str | Scene,
+    mesh: Mesh | tuple[np.ndarray, np.ndarray] | Path | str | None,
+    parameters: dict[str, Any],
+) -> tuple[Scene, Mesh]:
+    """The scene with these parameters, and its mesh or the one given, scaled."""
+    if isinstance(mesh, (str, Path)):
+        parameters, mesh = parameters | {"mesh": str(mesh)}, None
+    chosen = (
+        scenes.get(scene, **parameters) if isinstance(scene, str) else scenes.override(scene, **parameters)
+    )
+    if isinstance(mesh, tuple):
+        mesh = Mesh.from_arrays(*mesh)
+    return chosen, chosen.load_mesh() if mesh is None else chosen.scaled(mesh)
+
+
+def _require_repeatable(scene: Scene) -> None:
+    """Only scenes that can be found again by name can be written: a run records the name and the parameters."""
+    if scene.name not in scenes.SCENES or scenes.get(scene.name, **scene.parameters()) != scene:
+        raise MuslinError(
+            f"The scene {scene.name!r} is not one of Muslin's, so a run of it could not be read back.",
+            "Add it to muslin/scenes, or simulate without out=.",
+        )
+
+
+def _description(
+    scene: Scene, functions: Functions | None, energy: str, hessian: str, stand_ins: frozenset[str]
+) -> dict[str, Any]:
+    parameters = scene.parameters()
+    if scene.mesh != "grid" and Path(scene.mesh).is_file():
+        parameters["mesh"] = str(Path(scene.mesh).resolve())
+    return {
+        "scene": scene.name,
+        "parameters": parameters,
+        "functions": str(functions.folder.resolve()) if functions else None,
+        "energy": energy,
+        "hessian": hessian,
+        "stand_ins": sorted(stand_ins),
+    }
+
+
+def _resume(
+    scene: str | Scene,
+    functions: Functions | Path | str | None,
+    steps: int | None,
+    out: Path | str | None,
+    on_step: Callable[[int, int], None] | None,
+) -> Run:
+    if out is None:
+        raise MuslinError("To resume, name the folder of the run.", "Use --out DIR --resume.")
+    folder = RunFolder(out)
+    recorded = folder.description
+    if isinstance(scene, str) and scene != recorded["scene"]:
+        raise MuslinError(f"{paths.shown(out)} holds the scene {recorded['scene']!r}, not {scene!r}.")
+    chosen = folder.scene if steps is None else replace(folder.scene, steps=steps)
+    if functions is None and recorded["functions"]:
+        functions = recorded["functions"]
+    functions = load(functions) if isinstance(functions, (str, Path)) else functions
+    mesh = replace(Mesh.from_arrays(folder.X, folder.triangles), numbers=folder.numbers)
+    stand_ins = recorded.get("stand_ins", ())
+    model, start = build(chosen, functions, recorded["energy"], recorded["hessian"], mesh, stand_ins)
+    state, step = folder.checkpoint()
+    shown = None
+    if (folder.folder / "display.npz").is_file():
+        shown = Mesh.from_arrays(folder.rest, folder.shown_triangles, name="display")
+    return march(
+        chosen, model, state, lambda: Writer.resumed(folder, step, chosen.steps), shown, on_step, start, step
+    )

@@ -1,0 +1,1 @@
+"""Sparse systems and how they are solved."""
