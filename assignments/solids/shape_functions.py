@@ -1,0 +1,39 @@
+# solids 1.0: fill in the functions of this file; README.md explains each.
+"""Shape functions of a tetrahedron, and interpolation.  (S1, S2; lecture "Finite Elements in 3D")"""
+
+import taichi as ti
+
+
+@ti.func
+def phi(X, X0, X1, X2, X3):
+    """Barycentric coordinates of X: D [phi_1, phi_2, phi_3]^T = X - X0 and phi_0 = 1 - phi_1 - phi_2 - phi_3.
+
+    X       : undeformed point, vec3 [m]
+    X0..X3  : undeformed vertices of the tetrahedron, vec3 [m]
+    returns : (phi_0, phi_1, phi_2, phi_3), vec4 [1]
+    """
+    # Your code here: solve for phi_1, phi_2, phi_3 with the edges as columns of D, then phi_0
+    raise NotImplementedError
+
+
+@ti.func
+def dphi_dX(X0, X1, X2, X3):
+    """Gradients of the shape functions: constant on the tetrahedron.
+
+    X0..X3  : undeformed vertices of the tetrahedron, vec3 [m]
+    returns : row i is the gradient of phi_i, mat4x3 [1/m]
+    """
+    # Your code here: rows 1, 2, 3 from the formula of phi_1, phi_2, phi_3; row 0 from the sum of all four
+    raise NotImplementedError
+
+
+@ti.func
+def interpolate(phi, x0, x1, x2, x3):
+    """x(X) = N(X) q with N(X) = [phi_0 I, phi_1 I, phi_2 I, phi_3 I]; velocities in, velocity out works just the same.
+
+    phi     : shape functions at the point, vec4 [1]
+    x0..x3  : world positions of the vertices, vec3 [m]
+    returns : world position of the point, vec3 [m]
+    """
+    # Your code here: the sum of the vertices, each weighted by its shape function
+    raise NotImplementedError

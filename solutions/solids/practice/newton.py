@@ -1,0 +1,118 @@
+"""newton: what must hold for every objective, and what lies on the way."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from muslin.judging.judge import Arrays, Given, Property, Rng
+from muslin.judging.relations import FACTOR, again, between, follows, vanishes
+from muslin.tasks.comparing import size_of
+
+#: Objectives of each property: two of each kind.
+KINDS = np.array([0, 1, 2, 3, 0, 1, 2, 3], dtype=np.int32)
+
+
+def terms_newtons_method(a: Given) -> Any:
+    """Size of the terms that x is a sum of, (b,)."""
+    return size_of(a["x"]) + size_of(a["m"])
+
+
+def _begun(rng: Rng) -> Arrays:
+    """Objectives, and where to begin: y = A (x - m) with a lower triangular A, so that x can be had row by row."""
+    count = len(KINDS)
+    A = np.zeros((count, 4, 4))
+    for i in range(4):
+        A[:, i, i] = between(rng, 0.8, 1.3, count)
+        for j in range(i):
+            A[:, i, j] = between(rng, -0.5, 0.5, count)
+    kind, m = KINDS[:, None], between(rng, -2, 2, count, 4)
+    side = np.where(rng.random((count, 4)) < 0.5, -1.0, 1.0)
+    wide, near = between(rng, 1.5, 4, count, 4), between(rng, 0.9, 1.1, count, 4)
+    y = np.where(kind == 2, wide, np.where(kind == 3, side * near, side * wide))
+    way = np.zeros((count, 4))
+    for i in range(4):
+        rest = sum((A[:, i, j] * way[:, j] for j in range(i)), start=np.zeros(count))
+        way[:, i] = (y[:, i] - rest) / A[:, i, i]
+    w = between(rng, 0.3, 3, count, 4)
+    return {
+        "x": m + way,
+        "tolerance": 1e-10 * w.min(axis=1),
+        "most_steps": np.full(count, 30, np.int32),
+        "A": A,
+        "m": m,
+        "w": w,
+        "kind": KINDS.copy(),
+    }
+
+
+def _there_already(rng: Rng) -> Arrays:
+    a = _begun(rng)
+    return {**a, "x": a["m"].copy()}
+
+
+def _no_steps(rng: Rng) -> Arrays:
+    a = _begun(rng)
+    return {**a, "most_steps": np.zeros(len(KINDS), np.int32)}
+
+
+def _weighed(rng: Rng, a: Arrays) -> Arrays:
+    """Change: the objective, and what counts as zero, times a factor."""
+    return {"w": FACTOR * a["w"], "tolerance": FACTOR * a["tolerance"]}
+
+
+def _elsewhere(rng: Rng, a: Arrays) -> Arrays:
+    """Change: a start nearer to the minimum."""
+    return {"x": a["m"] + 0.875 * (a["x"] - a["m"])}
+
+
+def _slope(a: Given, x: np.ndarray) -> np.ndarray:
+    """How far y = A (x - m) is from zero."""
+    return np.sum(a["A"] * (x - a["m"])[:, None, :], axis=2)
+
+
+properties_newtons_method = (
+    Property(
+        "least where every term is",
+        "Every term of the objective is least where y = A (x - m) is zero: there x must end.",
+        _begun,
+        vanishes(terms_newtons_method, _slope),
+    ),
+    Property(
+        "what is least stays",
+        "Begun at the minimum, x must stay where it is.",
+        _there_already,
+        vanishes(terms_newtons_method, lambda a, x: x - a["m"]),
+    ),
+    Property(
+        "no steps, no way",
+        "With no steps allowed, x must come back as it began.",
+        _no_steps,
+        vanishes(terms_newtons_method, lambda a, x: x - a["x"]),
+    ),
+    Property(
+        "moves with the objective",
+        "Moving the objective and the start together must move the minimum with them.",
+        again(_begun, lambda rng, a: {"x": a["x"] + 1.5, "m": a["m"] + 1.5}),
+        follows(terms_newtons_method, lambda x: x + 1.5),
+    ),
+    Property(
+        "blind to units",
+        "The objective and the tolerance times a factor have the same minimum.",
+        again(_begun, _weighed),
+        follows(terms_newtons_method, lambda x: x),
+    ),
+    Property(
+        "every start leads there",
+        "From another start the same minimum must be found.",
+        again(_begun, _elsewhere),
+        follows(terms_newtons_method, lambda x: x),
+    ),
+)
+
+
+def steps_newtons_method(a: Given) -> dict[str, Any]:
+    """What lies on the way."""
+    terms = ("quadratic", "flat far away", "infinite from y = -1 on", "as high on the other side")
+    return {"y = A (x - m)": a["A"] @ (a["x"] - a["m"]), f"kind ({terms[int(a['kind'])]})": int(a["kind"])}
