@@ -1,5 +1,5 @@
 # solids 1.0: fill in the functions of this file; README.md explains each.
-"""Newton's method with a backtracking line search, in plain Python over NumPy arrays.  (S7; lecture "Newton's Method")"""
+"""Newton's method with a backtracking line search, plain Python over NumPy arrays.  (S7; "Newton's Method")"""
 
 import numpy as np  # given, for your code below  # noqa: F401
 
@@ -16,7 +16,8 @@ def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps
     most_steps : or after this many steps
     returns    : x, array [m]
 
-    A step is a part 1, 1/2, 1/4 ... of Newton's: the first that lowers the objective by 1e-4 of what the slope promises.
+    Of Newton's step take the whole, 1/2, 1/4 ...: the first part that lowers the objective by at least 1e-4 of what
+    the slope promises for it.
     """
     # Your code here: gradient, stop?, direction d = solve(H, -g), halve the step until it is good enough, go
     raise NotImplementedError

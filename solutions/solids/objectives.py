@@ -10,7 +10,7 @@ Given: no need to change it. `kind` says what the terms are.
 
 import numpy as np
 
-SHARP = 1e-6
+SHARP = 2e-5
 
 
 def term(kind, y):
@@ -27,6 +27,14 @@ def term(kind, y):
     return lifted, 1.5 * y / r**0.25, (0.75 * y * y + 1.5 * SHARP) / r**1.25
 
 
+def solve(H, b):
+    """The solution of H d = b; not a number where H cannot be inverted."""
+    try:
+        return np.linalg.solve(H, b)
+    except np.linalg.LinAlgError:
+        return np.full_like(b, np.nan)
+
+
 def newtons_method(A, m, w, kind, **_):
     """Functions by name, from the arrays of a case."""
 
@@ -38,5 +46,5 @@ def newtons_method(A, m, w, kind, **_):
         "objective": lambda x: float(np.sum(terms(x, 0))),
         "gradient": lambda x: A.T @ terms(x, 1),
         "hessian": lambda x: A.T @ (terms(x, 2)[:, None] * A),
-        "solve": np.linalg.solve,
+        "solve": solve,
     }

@@ -1,6 +1,6 @@
 """The misconception suite: one-mistake wrong variants of every task's function, and right ones written otherwise.
 
-`cloth/<task>.py` holds blocks, each a whole `@ti.func` with the task's own name, introduced by a line
+`<assignment>/<task>.py` holds blocks, each a whole function with the task's own name, introduced by a line
 
     # wrong: <name> | cause: <what the diagnosis calls it>
     # right: <name>
@@ -67,22 +67,34 @@ def written(task: tasks.Task, assignment: str = "cloth") -> list[Variant]:
 
 def generated(task: tasks.Task) -> list[Variant]:
     """Zeros, NaN and a wrong shape, from the manifest."""
-    head = f"@ti.func\ndef {task.name}({', '.join(value.name for value in task.arguments)}):\n    return "
+    head = f"{_head(task)}    return "
     kinds = [value.kind for value in task.results]
-    first = {"scalar": "vec3", "vec3": "mat3", "vec4": "vec3", "mat3": "vec3"}
-    wrong = [first.get(kind, kind) for kind in kinds]
+    first = {"int": "int", "scalar": "vec3", "vec3": "mat3"}
+    wrong = [first.get(kind, "vec3") for kind in kinds]
+    filled = _filled_python if task.in_python else _filled
+    nan = "np.nan" if task.in_python else "ti.math.nan"
     return [
-        Variant(task.name, "zeros", "wrong", "zeros", f"{head}{_filled(kinds, '0.0')}\n", True),
-        Variant(task.name, "nan", "wrong", "nan", f"{head}{_filled(kinds, 'ti.math.nan')}\n", True),
-        Variant(task.name, "wrong-shape", "wrong", "", f"{head}{_filled(wrong, '0.0')}\n", True),
+        Variant(task.name, "zeros", "wrong", "zeros", f"{head}{filled(kinds, '0.0')}\n", True),
+        Variant(task.name, "nan", "wrong", "nan", f"{head}{filled(kinds, nan)}\n", True),
+        Variant(task.name, "wrong-shape", "wrong", "", f"{head}{filled(wrong, '0.0')}\n", True),
     ]
+
+
+def _head(task: tasks.Task) -> str:
+    """The first lines of a task's function."""
+    decorator = "" if task.in_python else "@ti.func\n"
+    return f"{decorator}def {task.name}({', '.join(value.name for value in task.arguments)}):\n"
 
 
 def function(task: tasks.Task, name: str, body: str, verdict: str = "") -> Variant:
     """A variant of a task from the body of its function alone."""
-    head = f"@ti.func\ndef {task.name}({', '.join(value.name for value in task.arguments)}):\n"
     inside = textwrap.indent(textwrap.dedent(body).strip("\n"), "    ").rstrip()
-    return Variant(task.name, name, verdict, "", f"{head}{inside}\n")
+    return Variant(task.name, name, verdict, "", f"{_head(task)}{inside}\n")
+
+
+def _filled_python(kinds: list[str], number: str) -> str:
+    """The same for a task in plain Python."""
+    return ", ".join(f"np.full({tasks.form(kind)[0]}, {number})" for kind in kinds)
 
 
 def _filled(kinds: list[str], number: str) -> str:
@@ -92,7 +104,7 @@ def _filled(kinds: list[str], number: str) -> str:
         shape, integer = tasks.form(kind)
         if integer:
             return "0"
-        row = f"[{', '.join([number] * (shape[0] if shape else 1))}]"
+        row = f"[{', '.join([number] * (shape[-1] if shape else 1))}]"
         if len(shape) == 2:
             return f"ti.Matrix([{', '.join([row] * shape[0])}])"
         return f"ti.Vector({row})" if shape else number
@@ -131,7 +143,7 @@ def replaced(source: str, function: str, code: str) -> str:
     """A file's source with one of its functions written otherwise; everything else stays as it is."""
     node = next(n for n in ast.parse(source).body if isinstance(n, ast.FunctionDef) and n.name == function)
     lines = source.splitlines(keepends=True)
-    first = min(node.lineno, *(decorator.lineno for decorator in node.decorator_list)) - 1
+    first = min([node.lineno, *(decorator.lineno for decorator in node.decorator_list)]) - 1
     return "".join(lines[:first]) + code + "".join(lines[node.end_lineno :])
 
 

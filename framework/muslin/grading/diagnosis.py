@@ -12,6 +12,7 @@ Runs in the grader's parent process, on plain arrays.
 from __future__ import annotations
 
 import itertools
+import math
 import warnings
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
@@ -504,8 +505,22 @@ def _inverse(matrix: np.ndarray) -> np.ndarray:
         return np.full_like(matrix, np.nan)
 
 
-def _permutations(n: int) -> list[tuple[int, ...]]:
-    return [p for p in itertools.permutations(range(n)) if p != tuple(range(n))]
+#: As many rows are tried in every order; of more, those orders that people make.
+MOST_ORDERS = 5
+
+
+def _permutations(n: int) -> Iterator[tuple[int, ...]]:
+    """Other orders of n things: all, or where these are too many, exchanged, moved on, reversed, column by column."""
+    as_is = tuple(range(n))
+    if n <= MOST_ORDERS:
+        yield from (p for p in itertools.permutations(as_is) if p != as_is)
+        return
+    yield from (tuple({a: b, b: a}.get(k, k) for k in as_is) for a, b in itertools.combinations(as_is, 2))
+    yield from (as_is[k:] + as_is[:k] for k in range(1, n))
+    yield as_is[::-1]
+    side = math.isqrt(n)
+    if side * side == n:
+        yield tuple(np.arange(n).reshape(side, side).T.ravel().tolist())
 
 
 def _reordered(n: int, axis: int) -> Iterator[tuple[str, Transform]]:
@@ -535,9 +550,19 @@ TRANSFORMS: Mapping[str, tuple[tuple[int, ...], Transform]] = {
 }
 
 
+def _made(transform: Transform, array: np.ndarray) -> np.ndarray | None:
+    """Answers transformed; None where they cannot be: a 4x3 matrix transposed is no answer."""
+    try:
+        made = transform(array)
+    except ValueError:
+        return None
+    return made if made.shape == array.shape else None
+
+
 def _transformed(question: Question) -> Diagnosis | None:
     for share, (cause, (axes, transform)) in itertools.product((1.0, 0.9), TRANSFORMS.items()):
-        if len(question.shape) in axes and question.explained(transform(question.right), share):
+        made = _made(transform, question.right) if len(question.shape) in axes else None
+        if made is not None and question.explained(made, share):
             return _about(question, cause)
     if not question.entries.all():
         return _copied(question)

@@ -161,6 +161,8 @@ said_nodal_force = {
         "The length of the gradient knows the size of the tetrahedron: use it as it comes.",
     ),
     "scaled:1/4": ("", "Nothing is shared out among the vertices: each has a gradient of its own."),
+    "scaled:1/6": ("", "`volume` is that of the tetrahedron: no 6 is left over."),
+    "scaled:6": ("", "`volume` is that of the tetrahedron: no 6 is left over."),
 }
 
 
@@ -355,6 +357,8 @@ mistakes_spring_force = (
 
 
 said_spring_force = {
+    "scaled:2": ("", "The 1/2 of the energy and the 2 of its square cancel."),
+    "scaled:1/2": ("", "The 1/2 of the energy and the 2 of its square cancel."),
     "negated": (
         "Your spring pushes where it should pull: the force on the other end.",
         "Stretched, the spring pulls x0 towards x1.",

@@ -154,6 +154,12 @@ mistakes_mass_block = (
 
 
 said_mass_block = {
+    "scaled:5/3": (
+        "These are the fractions of a triangle, a sixth and a twelfth.",
+        "Integrate over a tetrahedron: all sixteen blocks together weigh rho volume.",
+    ),
+    "scaled:6": ("", "`volume` is that of the tetrahedron: no 6 is left over."),
+    "scaled:1/6": ("", "`volume` is that of the tetrahedron: no 6 is left over."),
     "where i = j: scaled:1/2": (
         "",
         "All sixteen blocks together weigh as much as the tetrahedron. Do yours?",
@@ -223,6 +229,10 @@ mistakes_kinetic_energy = (
 
 
 said_kinetic_energy = {
+    "scaled:5/3": (
+        "These are the fractions of a triangle.",
+        "The integrals of S4 are over a tetrahedron: a tenth and a twentieth.",
+    ),
     "scaled:2": ("", "Where is the 1/2 in front of qdot^T M qdot?"),
     "scaled:1/2": ("", "The 1/2 in front of qdot^T M qdot is there once, not twice."),
 }

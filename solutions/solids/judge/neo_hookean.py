@@ -42,17 +42,16 @@ conditions_psi = conditions_dpsi_dF = conditions_d2psi_dF2 = conditions_strained
 class Parts:
     """What the energy of a batch of cases is made of: numbers (b,), matrices (b, 3, 3), and products (b, 9, 9)."""
 
-    def __init__(self, a: Case):
+    def __init__(self, a: Case, G: Any = None):
         self.F, self.C, self.D = a.F, a.C, a.D
         self.J = np.linalg.det(a.F)
-        self.G = transposed(np.linalg.inv(a.F))
+        self.G = transposed(np.linalg.inv(a.F)) if G is None else G
         self.I = np.sum(a.F**2, axis=(1, 2))
         self.a = self.J ** (-2 / 3)
         self.eye = np.broadcast_to(np.eye(9), (len(self.J), 9, 9))
         f, g = self.F.reshape(-1, 9), self.G.reshape(-1, 9)
         self.GG, self.FG = g[:, :, None] * g[:, None, :], f[:, :, None] * g[:, None, :]
         self.turned = np.einsum("bin,bmj->bijmn", self.G, self.G).reshape(-1, 9, 9)
-        self.straight = np.einsum("bim,bjn->bijmn", self.G, self.G).reshape(-1, 9, 9)
 
     def psi(self, a: Any = None, I: Any = None, three: float = 3, volume: Any = None) -> np.ndarray:  # noqa: E741
         """The energy with other parts."""
@@ -99,7 +98,6 @@ def _psi_volumes(a: Case) -> tuple[np.ndarray, ...]:
             np.abs(J - 1),
             J**2 - 1,
             J**2,
-            (J - 1) ** 2 / 2,
             np.log(J) ** 2,
             np.log(J),
             (J + 1) ** 2,
@@ -354,12 +352,12 @@ def _hessians(*changes: dict[str, float]) -> Any:
     return lambda a: tuple(Parts(a).hessian(**change) for change in changes)
 
 
-def _straight(shape: float, volume: float) -> Any:
-    """dG_ij/dF_mn = -G_im G_jn, in one term or in both."""
+def _straight(shape: float, volume: float, indices: str = "bim,bjn") -> Any:
+    """dG_ij/dF_mn = -G_im G_jn, or with other indices, in one term or in both."""
 
     def makes(a: Case) -> np.ndarray:
         p = Parts(a)
-        more = p.straight - p.turned
+        more = np.einsum(f"{indices}->bijmn", p.G, p.G).reshape(-1, 9, 9) - p.turned
         return (
             a.right
             + shape * _m(2 * p.C * p.a * p.I / 3) * more
@@ -377,6 +375,12 @@ mistakes_d2psi_dF2 = (
         lambda a: (_columns(a.right), a.right[:, np.arange(9).reshape(3, 3).T.ravel()]),
     ),
     Mistake(
+        "not transposed",
+        "F^(-1) stands where F^(-T) belongs.",
+        "The derivative of det F are its cofactors, J F^(-T): look at F = diag and at a shear.",
+        lambda a: Parts(a, np.linalg.inv(a.F)).hessian(),
+    ),
+    Mistake(
         "G held fixed",
         "F^(-T) is treated as a constant: it changes with F, too.",
         "From G F^T = I follows dG = -G dF^T G.",
@@ -392,7 +396,20 @@ mistakes_d2psi_dF2 = (
         "indices of dG",
         "The indices in the derivative of F^(-T) are in another order.",
         "dG_ij / dF_mn = -G_in G_mj: outer index with outer, inner with inner.",
-        lambda a: (_straight(1, 1)(a), _straight(1, 0)(a), _straight(0, 1)(a)),
+        lambda a: tuple(
+            _straight(*terms, indices)(a)
+            for indices in (
+                "bim,bjn",
+                "bim,bnj",
+                "bmi,bnj",
+                "bmi,bjn",
+                "bni,bjm",
+                "bni,bmj",
+                "bin,bjm",
+                "bij,bmn",
+            )
+            for terms in ((1, 1), (1, 0), (0, 1))
+        ),
     ),
     Mistake(
         "one of a pair",
@@ -477,6 +494,13 @@ def _clamped(H: np.ndarray, below: float, to: float) -> np.ndarray:
 
 
 said_d2psi_dF2 = {
+    **{
+        f"{what} permuted:0,3,6,1,4,7,2,5,8": (
+            f"The {what} are numbered column by column of F; asked is row by row.",
+            "Entry F_ij has the number 3 i + j.",
+        )
+        for what in ("rows", "columns")
+    },
     "swapped:C,D": ("C and D are exchanged.", "C weighs the change of shape, D that of volume."),
     "missing:C": ("The terms with C are missing.", "The first term resists a change of shape."),
     "missing:D": ("The terms with D are missing.", "The second term resists a change of volume."),

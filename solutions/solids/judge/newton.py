@@ -71,10 +71,7 @@ def _marched(march: Callable[..., np.ndarray]) -> Callable[[Case], np.ndarray]:
         for k in range(len(a.x)):
             given = _builder()(A=a.A[k], m=a.m[k], w=a.w[k], kind=int(a.kind[k]))
             with np.errstate(all="ignore"):
-                try:
-                    ends.append(march(np.array(a.x[k]), int(a.most_steps[k]), float(a.tolerance[k]), **given))
-                except np.linalg.LinAlgError:
-                    ends.append(np.full(4, np.nan))
+                ends.append(march(np.array(a.x[k]), int(a.most_steps[k]), float(a.tolerance[k]), **given))
         return np.array(ends)
 
     return makes
@@ -119,7 +116,7 @@ mistakes_newtons_method = (
         "no line search",
         "Newton's whole step is taken always, also where it leads uphill or to where the objective is infinite.",
         "Compare the objective there with the one here; while it has not fallen enough, halve the step.",
-        _ways({"enough": None}),
+        _ways({"enough": None}, {"enough": -1e200}),
     ),
     Mistake(
         "any decrease",
@@ -180,6 +177,10 @@ mistakes_newtons_method = (
 
 
 said_newtons_method = {
+    "echo:x": (
+        "Your x does not move: it comes back as it began, or the line search finds nothing good on the way d.",
+        "Is the new x kept? And does d lead downhill, g^T d < 0? H d = -g.",
+    ),
     "nan": (
         "Your x is not a number: a step has led to where the objective is infinite.",
         "An infinite objective, or none at all, is never enough: halve the step until there is a number.",

@@ -259,6 +259,12 @@ mistakes_dphi_dX = (
 
 
 said_dphi_dX = {
+    "rows permuted:1,2,3,0": (
+        "The rows are in another order: the gradient of phi_0 comes last in yours.",
+        "Row 0 belongs to vertex 0.",
+    ),
+    "scaled:6": ("", "The box of the edges is six times as large as the tetrahedron."),
+    "scaled:1/6": ("", "The box of the edges is six times as large as the tetrahedron."),
     "row 0: zeros": (
         "Row 0 is zero: the gradient of phi_0 has been forgotten.",
         "The shape functions sum to one everywhere. What do their gradients sum to?",
