@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin import paths
+from muslin.base import paths
 from muslin.judging.draws import Draw, float64
 from muslin.judging.exact import Matrix, Vector, add, precise
 from muslin.judging.judge import Case, Given, Mistake

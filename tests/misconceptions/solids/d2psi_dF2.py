@@ -11,7 +11,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[i + 3 * j, m + 3 * n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[i + 3 * j, m + 3 * n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[i + 3 * j, m + 3 * n] += c
     return H
@@ -29,7 +31,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[i + 3 * j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[i + 3 * j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[i + 3 * j, 3 * m + n] += c
     return H
@@ -47,7 +51,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = 0.0
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -65,7 +71,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = -G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -83,7 +91,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, m] * G[j, n]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -101,7 +111,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, m] * G[n, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -119,7 +131,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -137,7 +151,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -155,7 +171,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
     return H
 
 
@@ -171,7 +189,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 3 * turned - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 3 * turned - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -189,7 +209,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -207,7 +229,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (J * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            J * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -225,7 +249,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (2 * J * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            2 * J * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -256,7 +282,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -274,7 +302,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -292,7 +322,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -310,7 +342,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     return H
@@ -328,7 +362,9 @@ def d2psi_dF2(F, C, D):
         GG = G[i, j] * G[m, n]
         turned = G[i, n] * G[m, j]
         FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
-        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * ((2 * J - 1) * GG - (J - 1) * turned)
+        H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG) + d * (
+            (2 * J - 1) * GG - (J - 1) * turned
+        )
         if i == m and j == n:
             H[3 * i + j, 3 * m + n] += c
     for p, q in ti.ndrange(9, 9):
@@ -351,7 +387,7 @@ def d2psi_dF2(F, C, D):
             one = 1.0
         dK = (K[i, j] * K[m, n] - K[i, n] * K[m, j]) / J
         h = 2 * s * one - 4 / 3 * s / J * (F[i, j] * K[m, n] + K[i, j] * F[m, n])
-        h += 10 / 9 * s / J ** 2 * I1 * K[i, j] * K[m, n] - 2 / 3 * s / J * I1 * dK
+        h += 10 / 9 * s / J**2 * I1 * K[i, j] * K[m, n] - 2 / 3 * s / J * I1 * dK
         H[3 * i + j, 3 * m + n] = C * h + 2 * D * (K[i, j] * K[m, n] + (J - 1) * dK)
     return H
 

@@ -59,7 +59,7 @@ def psi(F, C, D):
 @ti.func
 def psi(F, C, D):
     J = F.determinant()
-    return C * (J ** (-2 / 3) * (F.transpose() @ F).trace() - 3) + D * (J ** 2 - 1)
+    return C * (J ** (-2 / 3) * (F.transpose() @ F).trace() - 3) + D * (J**2 - 1)
 
 
 # wrong: log-squared | cause: not squared
