@@ -25,10 +25,11 @@ def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps
             break
         d = solve(hessian(x), -g)
         here, slope = objective(x), g @ d
-        rounding = 1e-14 * abs(here)  # of the objective: near the minimum it hides the way down
         step = 1.0
-        while not objective(x + step * d) <= here + 1e-4 * step * slope + rounding and step > 1e-10:
+        while not objective(x + step * d) <= here + 1e-4 * step * slope and step > 1e-10:
             step /= 2
+        if step <= 1e-10 and np.isfinite(objective(x + d)):
+            step = 1.0  # so near the minimum that rounding hides the way down: nothing is better than the whole step
         x = x + step * d
     return x
     # end solution
