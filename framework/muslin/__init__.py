@@ -5,6 +5,7 @@ The public face, kept stable::
     f = muslin.load("solutions/cloth")                      # the task functions of any folder
     P = muslin.evaluate(f.dpsi_dF, U=U, dpsi_ds=p, V=V)     # arrays (b, ...) in, array (b, ...) out
     cloth = muslin.Cloth(mesh, mu=..., lam=..., functions=f)
+    solid = muslin.Solid(mesh, C=..., D=..., functions=f)
     run = muslin.simulate("course", functions=f, steps=300)
     record = muslin.grade("path/to/submission", assignment="cloth")
 
@@ -26,19 +27,23 @@ _HOMES = {
     "Mesh": "muslin.mesh",
     "TetMesh": "muslin.mesh",
     "Cloth": "muslin.physics.cloth",
+    "Solid": "muslin.physics.solid",
     "simulate": "muslin.simulation.simulating",
     "grade": "muslin.grading.grader",
     "run_html": "muslin.notebook.shows",
     "MuslinError": "muslin.base.errors",
 }
 
-__all__ = ["Cloth", "Mesh", "MuslinError", "TetMesh", "__version__", "evaluate", "grade", "load", "simulate"]
+__all__ = [
+    "Cloth", "Mesh", "MuslinError", "Solid", "TetMesh", "__version__", "evaluate", "grade", "load", "simulate",
+]  # fmt: skip
 
 if TYPE_CHECKING:
     from muslin.base.errors import MuslinError
     from muslin.grading.grader import grade
     from muslin.mesh import Mesh, TetMesh
     from muslin.physics.cloth import Cloth
+    from muslin.physics.solid import Solid
     from muslin.simulation.simulating import simulate
     from muslin.tasks import load
     from muslin.tasks.batch import evaluate
