@@ -12,7 +12,7 @@ import muslin
 from muslin.base.errors import SimulationError
 from muslin.simulation import scenes
 from muslin.simulation import simulating as simulation
-from muslin.solve import cholmod, solvers
+from muslin.solve import cholmod, ordering, solvers
 from muslin.solve.solvers import System
 
 DIRECT = ["cholmod", "multifrontal", "superlu"]
@@ -101,7 +101,7 @@ def test_auto_iterates_only_where_factors_would_not_fit():
 def test_two_halves_are_one_whole(monkeypatch):
     halves, _ = a_system(40, "cholmod", range(40))
     assert hasattr(halves.solver._solve, "_halves")
-    monkeypatch.setattr(solvers, "HALVES", 10**9)
+    monkeypatch.setattr(ordering, "HALVES", 10**9)
     whole, _ = a_system(40, "cholmod", range(40))
     monkeypatch.setattr(cholmod, "available", lambda: False)
     wrapped, _ = a_system(40, "cholmod", range(40))

@@ -62,14 +62,14 @@ class Sun:
 
 def sunlight(scene: Scene, settled: Quality, light: Light, to_sun: NDArray[np.float64]) -> Sun:
     """Depth maps over the sun's disc, and the roof, for a scene."""
-    from muslin.render import raster
+    from muslin.render import depths
 
     count, texels = settled.sun_maps, settled.sun_texels
     frames, texel = _frames(_sun_disc(to_sun, light.softness, count), scene, texels)
     maps = buffer("sun", (count * texels**2,))
     bands = 8 if count < 4 else 1
     scratch = buffer("sun points", (count * bands * len(scene.points) * 3,))
-    raster.depth_maps(scene.vertex, scene.casters, frames, 0, texels, bands, scratch, maps)
+    depths.depth_maps(scene.vertex, scene.casters, frames, 0, texels, bands, scratch, maps)
     return Sun(frames, maps, texel, *_roof(scene, to_sun, light.softness if count > 1 else 0.0, texel))
 
 
@@ -81,7 +81,7 @@ def light_vertices(
     box: NDArray[np.int32],
 ) -> None:
     """Fill in what the vertices see of the sky and the floor, where it counts in the picture."""
-    from muslin.render import raster, shade
+    from muslin.render import depths, shade
 
     if settled.sky_maps == 0:  # nothing hides anything
         tilt = 0.5 * scene.vertex[:, shade.NORMAL : shade.NORMAL + 3] @ up
@@ -95,7 +95,7 @@ def light_vertices(
     frames, texel = _frames(directions, scene, settled.sky_texels)
     maps = buffer("sky", (2 * settled.sky_maps * settled.sky_texels**2,))
     scratch = buffer("sky points", (settled.sky_maps * len(scene.points) * 3,))
-    raster.depth_maps(scene.vertex, scene.casters, frames, 1, settled.sky_texels, 1, scratch, maps)
+    depths.depth_maps(scene.vertex, scene.casters, frames, 1, settled.sky_texels, 1, scratch, maps)
     height = directions @ up
     to_light = np.zeros((2 * settled.sky_maps, 5), dtype=np.float32)
     to_light[: settled.sky_maps, :3] = directions
@@ -143,7 +143,7 @@ def _roof(
     lowest : float
         Height down to which that holds.
     """
-    from muslin.render import raster
+    from muslin.render import depths
 
     cells, depth = 64, 4 * scene.radius
     frame, cell = _frames(to_sun[None], scene, cells)
@@ -151,7 +151,7 @@ def _roof(
     around = int(np.ceil((depth * np.tan(np.radians(softness)) * 1.02 + 3 * texel) / cell))
     frame[0, [3, 7]] += around
     roof = buffer("roof", (cells + 2 * around, cells + 2 * around))
-    raster.roof_heights(scene.vertex, scene.casters, frame, roof)
+    depths.roof_heights(scene.vertex, scene.casters, frame, roof)
     wide = np.pad(roof, around, constant_values=-1e30)
     for axis in (0, 1):
         wide = np.lib.stride_tricks.sliding_window_view(wide, 2 * around + 1, axis).max(axis=-1)

@@ -6,7 +6,8 @@ is sampled per pixel, from several depth maps spread over the sun's disc, so its
 """
 
 from muslin.render.colours import Vec3, patterned, strained, three, three_of
-from muslin.render.raster import D2, F1, F2, I1, I2, MIXED, U1, U3, F, reached, sample_place, ti
+from muslin.render.depths import reached
+from muslin.render.raster import D2, F1, F2, I1, I2, MIXED, U1, U3, F, sample_place, ti
 
 # Columns of the vertex table.
 POSITION, NORMAL, UV, VALUE, SKY_FRONT, FLOOR_FRONT, SKY_BACK, FLOOR_BACK = 0, 3, 6, 8, 9, 10, 11, 12

@@ -1,97 +1,71 @@
-"""Conjugate gradients on 3x3 blocks, preconditioned by the diagonal blocks, in one Taichi kernel."""
+"""Conjugate gradients, for systems whose factors are too large."""
 
-from muslin.base.arrays import integers, mat3s, scalars, vec3s
-from muslin.base.engine import ti
+from __future__ import annotations
 
+import numpy as np
+import scipy.sparse as sp
 
-@ti.kernel
-def invert_diagonal(data: scalars, start: integers, stride: integers, diagonal: integers, inverse: mat3s):
-    """Inverse of the diagonal block of every row of blocks."""
-    for i in range(inverse.shape[0]):
-        B = ti.Matrix.zero(float, 3, 3)
-        for a, b in ti.static(ti.ndrange(3, 3)):
-            B[a, b] = data[start[diagonal[i]] + a * stride[diagonal[i]] + b]
-        inverse[i] = B.inverse()
+from muslin.base import runtime
+from muslin.base.errors import SimulationError
+from muslin.physics.elements.layout import Layout, pointers
+from muslin.solve import ordering
 
-
-@ti.kernel
-def begin(
-    ptr: integers, col: integers, start: integers, stride: integers, data: scalars, inverse: mat3s,
-    b: vec3s, y: vec3s, r: vec3s, p: vec3s, sums: scalars,
-):  # fmt: skip
-    """Start: r = b - A y, p = z = r preconditioned; sums[0] = r.z, sums[1] = |r|^2, sums[2] = |b|^2."""
-    ti.loop_config(serialize=True)
-    for k in range(3):
-        sums[k] = 0.0
-    for i in range(y.shape[0]):
-        r[i] = b[i] - times(ptr, col, start, stride, data, y, i)
-        p[i] = inverse[i] @ r[i]
-    ti.loop_config(serialize=True)  # sums in a fixed order: the same bits in every run
-    for i in range(y.shape[0]):
-        sums[0] += r[i].dot(p[i])
-        sums[1] += r[i].norm_sqr()
-        sums[2] += b[i].norm_sqr()
+#: Least relative residual asked of conjugate gradients in single precision.
+SINGLE = 1e-5
 
 
-@ti.func
-def times(
-    ptr: ti.template(), col: ti.template(), start: ti.template(), stride: ti.template(), data: ti.template(),
-    p: ti.template(), i,
-):  # fmt: skip
-    """Row i of A p."""
-    total = ti.Vector([0.0, 0.0, 0.0])
-    for k in range(ptr[i], ptr[i + 1]):
-        v, at, step = p[col[k]], start[k], stride[k]
-        for a in ti.static(range(3)):
-            total[a] += (
-                data[at + a * step] * v[0] + data[at + a * step + 1] * v[1] + data[at + a * step + 2] * v[2]
-            )
-    return total
+class ConjugateGradients:
+    """Conjugate gradients in Taichi, preconditioned by the diagonal blocks, starting from a guess.
 
-
-@ti.kernel
-def iterate(
-    ptr: integers, col: integers, start: integers, stride: integers, data: scalars, inverse: mat3s,
-    y: vec3s, r: vec3s, p: vec3s, w: vec3s, part: vec3s, sums: scalars,
-):  # fmt: skip
-    """One step of conjugate gradients, sums per block of rows in a fixed order.
-
-    part[c] holds the sums of rows c * SPAN to (c + 1) * SPAN.
+    It ends where |b - A y| <= tolerance |b| (in single precision never under `SINGLE`), and needs a positive definite
+    matrix. No factors: memory grows like
+    the mesh. The number of iterations, some hundreds to thousands on stiff cloth, decides its time.
     """
-    for c in range(part.shape[0]):
-        pAp = 0.0
-        for i in range(c * SPAN, ti.min((c + 1) * SPAN, y.shape[0])):
-            w[i] = times(ptr, col, start, stride, data, p, i)
-            pAp += p[i].dot(w[i])
-        part[c][0] = pAp
-    for _ in range(1):
-        total = 0.0
-        for c in range(part.shape[0]):
-            total += part[c][0]
-        sums[3] = 0.0
-        if total > 0:
-            sums[3] = sums[0] / total
-    for c in range(part.shape[0]):
-        rz, rr = 0.0, 0.0
-        for i in range(c * SPAN, ti.min((c + 1) * SPAN, y.shape[0])):
-            y[i] += sums[3] * p[i]
-            r[i] -= sums[3] * w[i]
-            w[i] = inverse[i] @ r[i]
-            rz += r[i].dot(w[i])
-            rr += r[i].norm_sqr()
-        part[c][1], part[c][2] = rz, rr
-    for _ in range(1):
-        rz, rr = 0.0, 0.0
-        for c in range(part.shape[0]):
-            rz += part[c][1]
-            rr += part[c][2]
-        sums[4] = 0.0
-        if sums[0] > 0:
-            sums[4] = rz / sums[0]
-        sums[0], sums[1] = rz, rr
-    for i in range(y.shape[0]):
-        p[i] = w[i] + sums[4] * p[i]
 
+    def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
+        from muslin.base.launch import Launch
+        from muslin.solve import conjugate_gradients_kernels as cg
 
-#: Rows whose sums are added up together.
-SPAN = 512
+        n = graph.shape[0]
+        order = ordering.nested_dissection(graph, points, np.arange(n))  # neighbours lie near each other
+        permuted = graph[order][:, order].tocsr()
+        permuted.sort_indices()
+        layout = Layout.of(permuted)
+        self.order, self.place = order, np.argsort(order)
+        self.tolerance = max(tolerance, SINGLE if runtime.single() else 0.0)
+        self.layout = Layout(order[layout.row], order[layout.col], layout.start, layout.stride, layout.size)
+        self.data = np.zeros(layout.size)
+        diagonal = np.flatnonzero(layout.row == layout.col).astype(np.int32)
+        ptr, col = pointers(layout.row, n), layout.col.astype(np.int32)
+        inverse = np.zeros((n, 3, 3))
+        self._b, self._y, self._r, self._p, w = (np.zeros((n, 3)) for _ in range(5))
+        part, self._sums = np.zeros((-(-n // cg.SPAN), 3)), np.zeros(5)
+        matrix = (ptr, col, layout.start, layout.stride, self.data, inverse)
+        self._invert = Launch(cg.invert_diagonal, self.data, layout.start, layout.stride, diagonal, inverse)
+        self._begin = Launch(cg.begin, *matrix, self._b, self._y, self._r, self._p, self._sums)
+        self._iterate = Launch(cg.iterate, *matrix, self._y, self._r, self._p, w, part, self._sums)
+        self.iterations = 0
+
+    def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Solve A y = b from a guess.
+
+        Raises
+        ------
+        SimulationError
+            If it does not converge: the matrix is not positive definite, or the tolerance below rounding.
+        """
+        self._b[...], self._y[...] = b[self.order], guess[self.order]
+        self._invert()
+        self._begin()
+        enough = self.tolerance**2 * self._sums[2]
+        self.iterations = 0
+        while not self._sums[1] <= enough:
+            if self.iterations >= 20 * len(b) + 1000 or not self._sums[0] > 0:
+                size = np.sqrt(self._sums[1] / max(self._sums[2], 1e-300))
+                raise SimulationError(
+                    f"Conjugate gradients stopped at a residual of {size:.1e} after {self.iterations} iterations.",
+                    "Reduce dt, raise tolerance, or take a direct solver.",
+                )
+            self._iterate()
+            self.iterations += 1
+        return self._y[self.place]

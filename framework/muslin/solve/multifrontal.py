@@ -15,7 +15,13 @@ from dataclasses import astuple, dataclass
 import numpy as np
 import scipy.sparse as sp
 
-from muslin.physics.elements.layout import pointers
+from muslin.base import runtime
+from muslin.physics.elements.layout import Layout, pointers
+from muslin.solve import ordering
+from muslin.solve.superlu import pivoted
+
+#: Largest piece of a cloth that is a front of its own, uncut [vertices].
+FRONT = 5
 
 
 @dataclass
@@ -195,3 +201,49 @@ class _Panels:
         places = self.place(np.repeat(owner[begin], last - begin), self.rows[rows])
         start = self.rows_at[front]
         return np.stack([front, owner[begin], begin - start, end - start, at[:-1]], axis=1), places
+
+
+class Multifrontal:
+    """Cholesky factorisation by dense fronts, in kernels of our own."""
+
+    def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
+        from muslin.base.launch import Launch
+        from muslin.solve.fronts import factorisation
+
+        n = graph.shape[0]
+        nodes, children = ordering.dissection(graph, points, np.arange(n), FRONT)
+        order = np.concatenate(nodes)
+        permuted = graph[order][:, order].tocsr()
+        permuted.sort_indices()
+        self.plan, row, col = plan(permuted, [len(node) for node in nodes], children, n >= ordering.HALVES)
+        self._order, self._place = order, np.argsort(order)
+        start = 12 * np.arange(len(row), dtype=np.int32)
+        self.layout = Layout(order[col], order[row], start, np.full(len(row), 4, np.int32), 12 * len(row))
+        self.data = np.zeros(self.layout.size)
+        self._y, self._bad = np.zeros(3 * self.plan.positions), np.zeros(1, np.int32)
+        self._b = self._y[: 3 * n].reshape(n, 3)
+        factor = np.zeros((self.plan.columns, 4))
+        with runtime.shared_out(opt_level=1):  # without its own passes, four numbers are stored one by one
+            kernel = factorisation(len(self.plan.tasks) == 3)
+            arrays = (self.data.reshape(-1, 4), factor, self._y, self._bad)
+            self._launch = Launch(kernel, *self.plan.arguments(), *arrays)
+            self._launch()  # compiles
+
+    def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
+        """Factorise and solve; by pivoted LU if the matrix is not positive definite."""
+        np.take(b, self._order, axis=0, out=self._b, mode="clip")
+        self._bad[0] = 0
+        self._launch()
+        if self._bad[0]:
+            return pivoted(self._full()).solve(b.ravel()).reshape(-1, 3)
+        return self._b.take(self._place, axis=0)
+
+    def _full(self) -> sp.csc_matrix:
+        """The whole matrix, in the order of the vertices."""
+        blocks, row, col = self.data.reshape(-1, 3, 4)[:, :, :3], self.layout.row, self.layout.col
+        off = row != col
+        blocks = np.concatenate([blocks, blocks[off].transpose(0, 2, 1)])
+        row, col = np.append(row, col[off]), np.append(col, row[off])
+        order = np.lexsort((col, row))
+        indptr = pointers(row, len(self._order))
+        return sp.bsr_matrix((blocks[order], col[order], indptr)).tocsc()

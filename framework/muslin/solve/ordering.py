@@ -12,6 +12,9 @@ import scipy.sparse as sp
 #: Pieces of at most this many vertices are not cut again.
 LEAF = 12
 
+#: Free vertices from which on two threads factorise the two halves of a cloth.
+HALVES = 700
+
 
 def pseudo_points(graph: sp.csr_matrix) -> np.ndarray:
     """Coordinates (n, 3) for a graph that has none: distances, in edges, from three vertices far apart."""

@@ -8,7 +8,7 @@ Every element has the face that `element.Element` says. There are two of triangl
 - `native.NativeElement` is the framework's own 3x2 element in closed form.
 
 A triangle's closed-form Hessian is kept as its modes (`modes`), any other as 3x3 blocks. `pattern` sums rows into
-vectors and sparse matrices of the whole body, in whatever `layout` a solver wants; `launch` makes a kernel cheap
-to call again; `contact` calls the collision functions; `limit` keeps triangles from being stretched too far;
-`conjugate_gradients` and `fronts` are solvers' kernels.
+vectors and sparse matrices of the whole body, in whatever `layout` a solver wants; `contact` calls the collision
+functions; `limit` keeps triangles from being stretched too far.
+Kernels have files of their own: `<module>_kernels` where they serve one module.
 """

@@ -4,9 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from muslin.base.arrays import integers, scalars, vec3s
-from muslin.base.engine import ti
 from muslin.base.launch import Launch, is_small
+from muslin.physics.elements.contact_kernels import detection, response
 from muslin.tasks import usable
 from muslin.tasks.batch import kept, run
 
@@ -26,7 +25,7 @@ class Detection:
         self._x, self._c, self._normal = (np.zeros((n, 3)) for _ in range(3))
         self._hit = np.zeros(n, np.int32)
         serial = is_small(n, 20)
-        kernel = kept(function, ("detection", serial), lambda: _detection(function, serial))
+        kernel = kept(function, ("detection", serial), lambda: detection(function, serial))
         arrays = (self._count, self._x, self._c, self._r, self._hit, self._normal)
         self._launch = Launch(kernel, *arrays)
 
@@ -53,7 +52,7 @@ class Response:
         self._count = np.zeros(1, np.int32)
         self._v, self._normal, self._out = (np.zeros((n, 3)) for _ in range(3))
         serial = is_small(n, 10)
-        kernel = kept(function, ("response", serial), lambda: _response(function, serial))
+        kernel = kept(function, ("response", serial), lambda: response(function, serial))
         self._launch = Launch(kernel, self._count, self._v, self._normal, self._out)
 
     def __call__(self, v: np.ndarray, normal: np.ndarray) -> np.ndarray:
@@ -63,24 +62,3 @@ class Response:
         self._v[:k], self._normal[:k] = v, normal
         run(self._launch, self.function)
         return self._out[:k]
-
-
-def _detection(f: Any, serial: bool) -> Any:
-    @ti.kernel
-    def kernel(count: integers, x: vec3s, c: vec3s, r: scalars, hit: integers, normal: vec3s):
-        ti.loop_config(serialize=serial)
-        for k in range(count[0]):
-            touched, n = f(x[k], c[k], r[0])
-            hit[k], normal[k] = touched, n
-
-    return kernel
-
-
-def _response(f: Any, serial: bool) -> Any:
-    @ti.kernel
-    def kernel(count: integers, v: vec3s, normal: vec3s, out: vec3s):
-        ti.loop_config(serialize=serial)
-        for k in range(count[0]):
-            out[k] = f(v[k], normal[k])
-
-    return kernel

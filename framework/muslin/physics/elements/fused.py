@@ -4,17 +4,13 @@ from collections.abc import Callable
 from types import SimpleNamespace
 from typing import Any
 
-import numpy as np
-
 from muslin import given
 from muslin.base.arrays import REAL, index3, integers, mat3s, rows, scalars, vec3s
 from muslin.base.engine import ti
-from muslin.base.launch import Launch, is_small
 from muslin.physics.elements import modes
 from muslin.physics.elements.element import PARTS
 from muslin.physics.elements.lecture import in_frame
-from muslin.tasks import usable
-from muslin.tasks.batch import kept, run
+from muslin.tasks.batch import kept
 
 #: Gap of stretches below which the framework's own energies use their simplified flip.
 NEARLY_EQUAL = 1e-3
@@ -145,40 +141,9 @@ def _hessian(f: SimpleNamespace) -> Any:
     return hessian_of
 
 
-class KineticEnergy:
-    """Kinetic energy of every triangle, by the student's function.
+def kinetic_energy(f: Callable[..., Any], serial: bool) -> Callable[..., None]:
+    """Kernel of the student's kinetic energy on all triangles."""
 
-    Parameters
-    ----------
-    function : taichi function
-    n : int
-        Number of vertices.
-    triangles : (m, 3), area : (m,), rho, h
-    """
-
-    def __init__(
-        self,
-        function: Callable[..., Any],
-        n: int,
-        triangles: np.ndarray,
-        area: np.ndarray,
-        rho: float,
-        h: float,
-    ):
-        self.function = usable(function)
-        self._v, self._out = np.zeros((n, 3)), np.zeros(len(triangles))
-        serial = is_small(len(triangles), 20)
-        kernel = kept(function, ("kinetic_energy", serial), lambda: _kinetic_energy(function, serial))
-        self._launch = Launch(kernel, self._v, triangles, area, rho, h, self._out)
-
-    def __call__(self, v: np.ndarray) -> np.ndarray:
-        """(m,) [J] for velocities (n, 3)."""
-        self._v[...] = v
-        run(self._launch, self.function)
-        return self._out
-
-
-def _kinetic_energy(f: Callable[..., Any], serial: bool) -> Callable[..., None]:
     @ti.kernel
     def kernel(v: vec3s, triangles: index3, area: scalars, rho: REAL, h: REAL, out: scalars):
         ti.loop_config(serialize=serial)

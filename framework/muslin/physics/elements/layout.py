@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+import scipy.sparse as sp
 
 
 @dataclass
@@ -32,6 +33,12 @@ class Layout:
         slot = np.arange(len(row)) - ptr[row]
         start, stride = 9 * ptr[row] + 3 * slot, 3 * degree
         return cls(row, col, start.astype(np.int32), stride.astype(np.int32), 9 * len(row))
+
+    @classmethod
+    def of(cls, graph: sp.csr_matrix) -> Layout:
+        """Blocks where a graph (n, n) has entries, in the order of a scalar CSR matrix."""
+        row = np.repeat(np.arange(graph.shape[0]), np.diff(graph.indptr))
+        return cls.csr(row, graph.indices, graph.shape[0])
 
     def scalar(self, n: int) -> tuple[np.ndarray, np.ndarray]:
         """`indptr` and `indices` of the scalar CSR matrix with 3 n rows, where the layout came from `csr`."""

@@ -5,18 +5,21 @@ Every entry *gathers* its contributions in a fixed order: no atomics, and the sa
 threads.
 """
 
-import functools
 import itertools
 
 import numpy as np
 import scipy.sparse as sp
 
 from muslin.base import runtime
-from muslin.base.arrays import integers, mat3s, rows, scalars, vec3s
-from muslin.base.engine import ti
 from muslin.base.launch import Launch, is_small
-from muslin.physics.elements import modes
 from muslin.physics.elements.layout import Layout, pointers
+from muslin.physics.elements.pattern_kernels import (
+    assemble_blocks,
+    assemble_modes,
+    gather_vector,
+    impulse,
+    kinetic_energy,
+)
 
 
 class Gather:
@@ -38,7 +41,7 @@ class Gather:
     def vector(self, rows: np.ndarray) -> np.ndarray:
         """Sum rows (k m, 3), one per corner of a cell, into (n, 3)."""
         out = np.empty((self.n, 3))
-        runtime.call(_gather_vector, rows, self.vertex_ptr, self.vertex_rows, out)
+        runtime.call(gather_vector, rows, self.vertex_ptr, self.vertex_rows, out)
         return out
 
 
@@ -126,7 +129,7 @@ class Assembly:
         self._layout, self._vertices = layout, pattern.n
         self._own = np.flatnonzero(layout.row == layout.col)
         self._scale = np.ones(1)
-        kernel = _assemble_modes if rows.ndim == 2 else _assemble_blocks
+        kernel = assemble_modes if rows.ndim == 2 else assemble_blocks
         where = (layout.start, layout.stride, np.ascontiguousarray(mass[k]))
         contributions = (ptr, np.ascontiguousarray(pattern.block_rows[position]))
         self._launch = Launch(
@@ -156,68 +159,6 @@ def _diagonal(layout: Layout, blocks: np.ndarray) -> np.ndarray:
     return np.stack([start + a * (stride + 1) for a in range(3)], axis=1)
 
 
-@ti.kernel
-def _gather_vector(rows: vec3s, ptr: integers, index: integers, out: vec3s):
-    for i in range(out.shape[0]):
-        total = ti.Vector([0.0, 0.0, 0.0])
-        for k in range(ptr[i], ptr[i + 1]):
-            total += rows[index[k]]
-        out[i] = total
-
-
-@ti.func
-def _write(data: ti.template(), start, stride, B):
-    for a, b in ti.static(ti.ndrange(3, 3)):
-        data[start + a * stride + b] = B[a, b]
-
-
-@functools.cache
-def _assemble_modes(serial: bool):
-    @ti.kernel
-    def kernel(
-        row: rows,
-        ptr: integers,
-        index: integers,
-        start: integers,
-        stride: integers,
-        mass: scalars,
-        scale: scalars,
-        data: scalars,
-    ):
-        ti.loop_config(serialize=serial)
-        for k in range(start.shape[0]):
-            total = ti.Matrix.zero(float, 3, 3)
-            for c in range(ptr[k], ptr[k + 1]):
-                e, pair = index[c] // 9, index[c] % 9
-                total += modes.load(row, e, pair // 3, pair % 3)
-            _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
-
-    return kernel
-
-
-@functools.cache
-def _assemble_blocks(serial: bool):
-    @ti.kernel
-    def kernel(
-        blocks: mat3s,
-        ptr: integers,
-        index: integers,
-        start: integers,
-        stride: integers,
-        mass: scalars,
-        scale: scalars,
-        data: scalars,
-    ):
-        ti.loop_config(serialize=serial)
-        for k in range(start.shape[0]):
-            total = ti.Matrix.zero(float, 3, 3)
-            for c in range(ptr[k], ptr[k + 1]):
-                total += blocks[index[c]]
-            _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
-
-    return kernel
-
-
 class KineticEnergy:
     """Kinetic energy 1/2 v_i^T (M v)_i, vertex by vertex.
 
@@ -232,27 +173,13 @@ class KineticEnergy:
         n = pattern.n
         self._v, self._out = np.zeros((n, 3)), np.zeros(n)
         neighbours = (pointers(pattern.layout.row, n), pattern.layout.col.astype(np.int32), mass)
-        self._launch = Launch(_kinetic_energy(is_small(n, 12)), *neighbours, self._v, self._out)
+        self._launch = Launch(kinetic_energy(is_small(n, 12)), *neighbours, self._v, self._out)
 
     def __call__(self, v: np.ndarray) -> np.ndarray:
         """(n,) [J] for velocities (n, 3)."""
         self._v[...] = v
         self._launch()
         return self._out
-
-
-@functools.cache
-def _kinetic_energy(serial: bool):
-    @ti.kernel
-    def kernel(block_ptr: integers, neighbour: integers, mass: scalars, v: vec3s, out: scalars):
-        ti.loop_config(serialize=serial)
-        for i in range(out.shape[0]):
-            momentum = ti.Vector([0.0, 0.0, 0.0])
-            for k in range(block_ptr[i], block_ptr[i + 1]):
-                momentum += mass[k] * v[neighbour[k]]
-            out[i] = v[i].dot(momentum) / 2
-
-    return kernel
 
 
 class Impulse:
@@ -274,7 +201,7 @@ class Impulse:
         neighbours = (pointers(pattern.layout.row, n), pattern.layout.col.astype(np.int32), mass)
         gather = (rows, pattern.vertex_ptr, pattern.vertex_rows)
         self._launch = Launch(
-            _impulse(is_small(n, 20)), *gather, *neighbours, self.v, self.force, self._dt, self.out
+            impulse(is_small(n, 20)), *gather, *neighbours, self.v, self.force, self._dt, self.out
         )
 
     def __call__(self, v: np.ndarray, force: np.ndarray, dt: float) -> np.ndarray:
@@ -282,30 +209,3 @@ class Impulse:
         self.v[...], self.force[...], self._dt[0] = v, force, dt
         self._launch()
         return self.out
-
-
-@functools.cache
-def _impulse(serial: bool):
-    @ti.kernel
-    def kernel(
-        rows: vec3s,
-        ptr: integers,
-        index: integers,
-        block_ptr: integers,
-        neighbour: integers,
-        mass: scalars,
-        v: vec3s,
-        force: vec3s,
-        dt: scalars,
-        out: vec3s,
-    ):
-        ti.loop_config(serialize=serial)
-        for i in range(out.shape[0]):
-            momentum, pull = ti.Vector([0.0, 0.0, 0.0]), force[i]
-            for k in range(block_ptr[i], block_ptr[i + 1]):
-                momentum += mass[k] * v[neighbour[k]]
-            for k in range(ptr[i], ptr[i + 1]):
-                pull -= rows[index[k]]
-            out[i] = momentum + dt[0] * pull
-
-    return kernel

@@ -16,9 +16,10 @@ from muslin.base.errors import SimulationError
 from muslin.base.launch import Launch, is_small
 from muslin.physics.elements import lecture, modes
 from muslin.physics.elements.element import PARTS, Element, Membrane, Rest
-from muslin.physics.elements.fused import KineticEnergy, fused
+from muslin.physics.elements.fused import fused
+from muslin.physics.elements.kinetic import KineticEnergy
 from muslin.physics.elements.singly import KERNELS
-from muslin.physics.material import ENERGIES, FLIPS
+from muslin.physics.energies import ENERGIES, FLIPS
 from muslin.tasks import Functions, failure_of, usable
 from muslin.tasks.batch import evaluate, kept, run
 
@@ -191,6 +192,7 @@ def _with_energy(functions: Functions, energy: str) -> SimpleNamespace:
     """Functions by name, those of the stretches exchanged for the framework's own where the energy is its own."""
     f = SimpleNamespace(**{function.task.name: function for function in functions})  # type: ignore[attr-defined]
     f.flip = FLIPS.get(energy)
-    if ENERGIES[energy] is not None:
-        f.psi, f.dpsi_ds, f.d2psi_ds2 = ENERGIES[energy]
+    own = ENERGIES[energy]
+    if own is not None:
+        f.psi, f.dpsi_ds, f.d2psi_ds2 = own
     return f

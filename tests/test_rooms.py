@@ -1,0 +1,54 @@
+"""How the framework's files are made: kernels apart from what is typed."""
+
+import ast
+import sys
+from pathlib import Path
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
+
+ROOT = Path(__file__).resolve().parents[1]
+FRAMEWORK = ROOT / "framework" / "muslin"
+
+
+def name_of(file):
+    return ".".join(file.relative_to(ROOT / "framework").with_suffix("").parts)
+
+
+def engine_functions(tree):
+    """Functions that the engine compiles, in a syntax tree."""
+    marks = ("ti.kernel", "ti.func", "ti.pyfunc")
+    return [
+        node
+        for node in ast.walk(tree)
+        if isinstance(node, ast.FunctionDef)
+        and any(ast.unparse(mark) in marks for mark in node.decorator_list)
+    ]
+
+
+def untyped_modules():
+    settings = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+    (exempt,) = (o for o in settings["tool"]["mypy"]["overrides"] if o.get("ignore_errors"))
+    return set(exempt["module"])
+
+
+def test_types_are_checked_in_every_file_that_is_not_made_of_kernels():
+    untyped = untyped_modules()
+    for name in untyped - {"muslin.given"}:
+        file = ROOT / "framework" / Path(*name.split(".")).with_suffix(".py")
+        tree = ast.parse(file.read_text(encoding="utf-8"))
+        assert not [node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)], name
+        compiled = engine_functions(tree)
+        for function in (node for node in tree.body if isinstance(node, ast.FunctionDef)):
+            made = [inner for inner in ast.walk(function) if inner in compiled]
+            hands_on = function.name == "fused"  # keeps what `_kernel` makes
+            assert made or hands_on, f"{name}.{function.name} is no kernel and makes none"
+
+
+def test_kernels_have_files_of_their_own():
+    asks_whether_the_engine_works = {"muslin.doctor"}
+    for file in FRAMEWORK.rglob("*.py"):
+        if engine_functions(ast.parse(file.read_text(encoding="utf-8"))):
+            assert name_of(file) in untyped_modules() | asks_whether_the_engine_works
