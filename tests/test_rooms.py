@@ -39,7 +39,8 @@ def test_types_are_checked_in_every_file_that_is_not_made_of_kernels():
     for name in untyped - {"muslin.given"}:
         file = ROOT / "framework" / Path(*name.split(".")).with_suffix(".py")
         tree = ast.parse(file.read_text(encoding="utf-8"))
-        assert not [node.name for node in ast.walk(tree) if isinstance(node, ast.ClassDef)], name
+        classes = [node for node in tree.body if isinstance(node, ast.ClassDef)]  # records, at most
+        assert not [n for c in classes for n in ast.walk(c) if isinstance(n, ast.FunctionDef)], name
         compiled = engine_functions(tree)
         for function in (node for node in tree.body if isinstance(node, ast.FunctionDef)):
             made = [inner for inner in ast.walk(function) if inner in compiled]
