@@ -8,16 +8,24 @@ from pathlib import Path
 import pytest
 
 import muslin
+from muslin.base import paths
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
 import suite  # type: ignore[import-not-found]
 
-WRONG, RIGHT = list(suite.rounds("wrong")), list(suite.rounds("right"))
+
+def rounds(verdict):
+    """Rounds of every assignment's suite, each with the assignment."""
+    return [
+        pytest.param(name, chosen, id=f"{name}-{k}")
+        for name in paths.assignments("solutions")
+        for k, chosen in enumerate(suite.rounds(verdict, name))
+    ]
 
 
-@pytest.mark.parametrize("chosen", WRONG, ids=range(len(WRONG)))
-def test_no_wrong_function_passes_or_drags_another_down(chosen, tmp_path):
-    record = muslin.grade(suite.submission(tmp_path / "submission", chosen))
+@pytest.mark.parametrize(("assignment", "chosen"), rounds("wrong"))
+def test_no_wrong_function_passes_or_drags_another_down(assignment, chosen, tmp_path):
+    record = muslin.grade(suite.submission(tmp_path / "submission", chosen, assignment), assignment)
     for task in record:
         variant = chosen.get(task.name)
         if variant is None:
@@ -28,9 +36,9 @@ def test_no_wrong_function_passes_or_drags_another_down(chosen, tmp_path):
     assert record.simulation.status in ("passed", "skipped"), record.simulation
 
 
-@pytest.mark.parametrize("chosen", RIGHT, ids=range(len(RIGHT)))
-def test_no_right_function_loses_a_point(chosen, tmp_path):
-    record = muslin.grade(suite.submission(tmp_path / "submission", chosen))
+@pytest.mark.parametrize(("assignment", "chosen"), rounds("right"))
+def test_no_right_function_loses_a_point(assignment, chosen, tmp_path):
+    record = muslin.grade(suite.submission(tmp_path / "submission", chosen, assignment), assignment)
     lost = {task.name: task.message for task in record if task.score < task.max_score}
     assert not lost
     assert record.simulation.status == "passed", record.simulation
