@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import reference, tasks
+from muslin import tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.grading import diagnosis
-from muslin.judging import judge, properties
+from muslin.judging import judge, properties, reference
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
 import suite
