@@ -10,9 +10,9 @@ import pytest
 
 from muslin import doctor
 from muslin.base import engine
-from muslin.doctor import Finding, examine, judge_python, judge_system, report
+from muslin.doctor import Finding, compiling, examine, judge_python, judge_system, places, report, showing
 
-FRAMEWORK = Path(doctor.__file__).parent.parent
+FRAMEWORK = Path(doctor.__file__).parents[2]
 
 
 @pytest.fixture(scope="module")
@@ -82,15 +82,15 @@ def test_a_missing_libx11_is_answered_with_the_command_that_installs_it(tmp_path
 
 @pytest.mark.skipif(sys.platform != "linux", reason="libX11 matters on Linux alone")
 def test_libx11_is_looked_for_before_taichi(monkeypatch):
-    monkeypatch.setattr(doctor, "_loads", lambda library: library != "libX11.so.6")
-    (finding,) = doctor.x11()
+    monkeypatch.setattr(compiling, "loads", lambda library: library != "libX11.so.6")
+    (finding,) = compiling.x11()
     assert finding.ok is False
     assert "apt-get install -y libx11-6" in finding.advice
 
 
 def test_a_missing_taichi_is_answered_with_pip(fake_taichi):
     fake_taichi("raise ModuleNotFoundError(\"No module named 'taichi'\")")
-    finding = doctor.compiler()[0]
+    finding = compiling.compiler()[0]
     assert (finding.ok, finding.detail) == (False, "not installed")
     assert "pip install" in finding.advice
 
@@ -98,16 +98,16 @@ def test_a_missing_taichi_is_answered_with_pip(fake_taichi):
 @pytest.mark.skipif(sys.platform == "win32", reason="signals")
 def test_a_taichi_that_crashes_does_not_take_the_doctor_along(fake_taichi):
     fake_taichi("import os, signal; os.kill(os.getpid(), signal.SIGSEGV)")
-    finding = doctor.compiler()[0]
+    finding = compiling.compiler()[0]
     assert finding.ok is False
     assert "killed by signal SIGSEGV" in finding.detail
 
 
 def test_a_taichi_that_hangs_is_given_up(fake_taichi, monkeypatch):
-    monkeypatch.setattr(doctor, "PATIENCE", 1)
+    monkeypatch.setattr(compiling, "PATIENCE", 1)
     fake_taichi("import time; time.sleep(60)")
     start = time.perf_counter()
-    finding = doctor.compiler()[0]
+    finding = compiling.compiler()[0]
     assert time.perf_counter() - start < 10
     assert finding.ok is False
     assert "no answer in 1 s" in finding.detail
@@ -115,7 +115,7 @@ def test_a_taichi_that_hangs_is_given_up(fake_taichi, monkeypatch):
 
 def test_a_taichi_that_imports_but_cannot_run_kernels_is_named(fake_taichi):
     fake_taichi("__version__ = (1, 7, 4)\nprint('[Taichi] version 1.7.4')\n")
-    first, kernel, *_ = doctor.compiler()
+    first, kernel, *_ = compiling.compiler()
     assert first.ok is True
     assert first.detail.startswith("1.7.4")
     assert kernel.what == "Taichi kernel"
@@ -170,15 +170,15 @@ def test_systems_without_an_engines_wheel_are_named(system, named):
 
 def test_an_encoder_that_does_not_run_is_found_out(monkeypatch, tmp_path):
     monkeypatch.setenv("IMAGEIO_FFMPEG_EXE", str(tmp_path / "no-such-ffmpeg"))
-    finding = doctor.video()
+    finding = showing.video()
     assert finding.ok is False
     assert "pip install" in finding.advice
 
 
 def test_missing_shipped_data_is_found_out(monkeypatch, tmp_path):
     (tmp_path / "data" / "meshes").mkdir(parents=True)
-    monkeypatch.setattr(doctor.paths, "root", lambda: tmp_path)
-    findings = doctor.shipped()
+    monkeypatch.setattr(places.paths, "root", lambda: tmp_path)
+    findings = places.shipped()
     assert [f.ok for f in findings] == [False, False, False]
     assert all(f.advice for f in findings)
 
@@ -189,13 +189,13 @@ def test_missing_shipped_data_is_found_out(monkeypatch, tmp_path):
 def test_a_folder_that_cannot_be_written_is_found_out(monkeypatch, tmp_path):
     tmp_path.chmod(0o500)
     monkeypatch.chdir(tmp_path)
-    assert doctor.folders()[0].ok is False
+    assert places.folders()[0].ok is False
 
 
 def test_a_kernel_cache_that_cannot_be_written_is_no_obstacle(monkeypatch, tmp_path):
     (tmp_path / "file").touch()
     monkeypatch.setenv("TI_OFFLINE_CACHE_FILE_PATH", str(tmp_path / "file" / "cache"))
-    finding = doctor._kernel_cache(engine.ENGINES["taichi"], None)
+    finding = compiling._kernel_cache(engine.ENGINES["taichi"], None)
     assert finding.ok is None
     assert "cannot be written" in finding.detail
 
@@ -204,7 +204,7 @@ def test_a_kernel_cache_that_cannot_be_written_is_no_obstacle(monkeypatch, tmp_p
 def test_a_working_folder_that_is_gone_is_found_out(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     tmp_path.rmdir()
-    first = doctor.folders()[0]
+    first = places.folders()[0]
     monkeypatch.undo()
     assert (first.ok, first.detail) == (False, "no longer exists")
 
