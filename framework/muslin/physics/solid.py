@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -18,6 +18,7 @@ from muslin.tasks import Functions
 if TYPE_CHECKING:
     from muslin.mesh import TetMesh
     from muslin.physics.elements.element import Element
+    from muslin.physics.elements.tetrahedron import RestSolid
 
 #: The energy of the assignment, and the framework's own.
 ENERGIES = ("neo-hookean", "corotated", "st-venant-kirchhoff", "stable-neo-hookean")
@@ -106,14 +107,19 @@ class Solid(Body):
         """Lamé parameters (mu, lam) of small strains [Pa]."""
         return 2 * self.C, 2 * self.D - 4 / 3 * self.C
 
-    def _elements(self, rest: object) -> dict[str, Element]:
+    def _elements(self, rest: RestSolid) -> dict[str, Element]:
         """Which element computes each part: one around a folder's functions, or our own."""
-        from muslin.physics.elements.tetrahedron import NativeTetrahedron, RestSolid
+        from muslin.physics.elements.student_tetrahedron import StudentTetrahedron
+        from muslin.physics.elements.tetrahedron import NativeTetrahedron
 
-        assert isinstance(rest, RestSolid)
-        constants = (self.C, self.D) if self.energy_name == ENERGIES[0] else self.lame
-        native = NativeTetrahedron(rest, self.energy_name, *constants)
-        return dict.fromkeys(PARTS, native)
+        found: dict[str, Element] = {}
+        own = {part: self.needs[part] for part in PARTS if self.by_student(part) is not None}
+        if own and self.functions is not None:
+            found |= dict.fromkeys(own, StudentTetrahedron(self.functions, own, rest, self.C, self.D))
+        if left := [part for part in PARTS if part not in own]:
+            constants = (self.C, self.D) if self.energy_name == ENERGIES[0] else self.lame
+            found |= dict.fromkeys(left, NativeTetrahedron(rest, self.energy_name, *constants))
+        return found
 
     def _masses(self, m: int) -> np.ndarray:
         """Factor of the identity for each pair of corners of each tetrahedron, (16 m,) [kg]."""
@@ -124,6 +130,15 @@ class Solid(Body):
 
             return evaluate(functions.mass_block, i=i, j=j, volume=volume, rho=self.rho)
         return self.rho * volume * np.where(i == j, 2.0, 1.0) / 20
+
+    def _moving_energies(self) -> Callable[[np.ndarray], np.ndarray]:
+        """What splits the kinetic energy: by the student's function among tetrahedra, else among vertices."""
+        if functions := self.by_student("kinetic energy"):
+            from muslin.physics.elements.student_tetrahedron import KineticEnergy
+
+            rest = (self.cells, self.volume, self.rho)
+            return KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
+        return super()._moving_energies()
 
     _word = "solid"
 

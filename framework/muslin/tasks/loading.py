@@ -22,7 +22,7 @@ from muslin.base.errors import MuslinError, NotImplementedYet, StudentCodeError
 from muslin.reading import vocabulary
 from muslin.reading.page import sentence
 from muslin.tasks import importing, plain
-from muslin.tasks.manifest import Assignment, Task, assignment
+from muslin.tasks.manifest import Assignment, Task, assignment, read_assignment
 
 
 class Functions:
@@ -51,15 +51,15 @@ class Functions:
         return f"<functions of {paths.shown(self.folder)}>"
 
 
-def load(folder: Path | str, table: Assignment | str = "cloth") -> Functions:
+def load(folder: Path | str, table: Assignment | str | None = None) -> Functions:
     """Read the task functions of any folder.
 
     Parameters
     ----------
     folder : path
         A folder with (some of) the assignment's files.
-    table : Assignment or str
-        Which assignment it answers, or its name.
+    table : Assignment or str, optional
+        Which assignment it answers, or its name. Default: what the folder's own assignment.toml says, else cloth.
 
     Returns
     -------
@@ -76,6 +76,7 @@ def load(folder: Path | str, table: Assignment | str = "cloth") -> Functions:
         raise MuslinError(
             f"There is no folder {paths.shown(folder)}.", "Name a folder with the assignment's files."
         )
+    table = _answered(folder) if table is None else table
     table = assignment(table) if isinstance(table, str) else table
     if not any((folder / file).exists() for file in table.files):
         raise MuslinError(
@@ -88,6 +89,15 @@ def load(folder: Path | str, table: Assignment | str = "cloth") -> Functions:
         table,
         {name: _find(task, modules[task.file], folder, table) for name, task in table.tasks.items()},
     )
+
+
+def _answered(folder: Path) -> Assignment | str:
+    """Which assignment a folder answers, by its own assignment.toml."""
+    try:
+        own = read_assignment(folder)
+    except MuslinError:  # none, or one that cannot be read
+        return "cloth"
+    return own.name if own.name in paths.assignments() else own
 
 
 def failure_of(function: Callable[..., Any]) -> MuslinError | None:
