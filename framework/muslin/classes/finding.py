@@ -17,8 +17,10 @@ from pathlib import Path
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.classes.layouts import METADATA, Member, claimed, members
+from muslin.grading.archives import ignored, readable
+from muslin.grading.formats import ARCHIVES
 from muslin.grading.submission import Source
-from muslin.grading.unpacking import ARCHIVES, LITTER, ignored, readable
+from muslin.grading.unpacking import LITTER
 from muslin.tasks import Assignment
 
 #: What a student may have handed in instead of an archive; other files beside the submissions are none.
