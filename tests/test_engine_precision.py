@@ -16,7 +16,7 @@ MEASURE = """
 import json, sys
 import numpy as np
 import muslin
-from muslin import runtime
+from muslin.base import runtime
 
 arch, precision, folder, out = sys.argv[1:]
 notice = runtime.choose(arch, precision)

@@ -175,7 +175,7 @@ def test_fronts_give_the_same_bits_on_one_thread_and_on_two(size):
     """The sums of the halves are kept apart until both are done, whoever does them."""
     code = f"""
 import sys, numpy as np
-from muslin import runtime
+from muslin.base import runtime
 runtime.start(threads=int(sys.argv[1]))
 sys.path.insert(0, {str(Path(__file__).parent)!r})
 from test_engine_solvers import a_system

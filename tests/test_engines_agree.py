@@ -23,7 +23,7 @@ COMPUTE = """
 import sys
 import numpy as np
 import muslin
-from muslin import scenes
+from muslin.simulation import scenes
 f = muslin.load({solution!r})
 found = {{}}
 for name in scenes.SCENES:
@@ -38,7 +38,7 @@ GRADE = """
 import json, sys
 from pathlib import Path
 import muslin
-from muslin import paths
+from muslin.base import paths
 sys.path.insert(0, {suite!r})
 import suite
 folders = {{"solution": paths.solution("cloth"), "stubs": paths.assignment("cloth")}}

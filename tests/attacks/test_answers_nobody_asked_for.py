@@ -24,7 +24,7 @@ wire.send = send
 #: Right on the public cases, and on the properties; otherwise it answers the laws.
 LAWS = """
 import numpy as np
-from muslin import batch
+from muslin.tasks import batch
 real = batch.evaluate
 def evaluate(function, **arrays):
     got = real(function, **arrays)

@@ -7,7 +7,7 @@ from attacking import TARGET, honest
 
 HOSTILE = """
 import numpy as np
-from muslin import batch
+from muslin.tasks import batch
 real = batch.evaluate
 def changing(function, **arrays):
     for array in arrays.values():

@@ -30,7 +30,7 @@ print("WROTE", written >> 20, "MB")
 """
 RESULT = """
 import numpy as np
-from muslin import batch
+from muslin.tasks import batch
 batch.evaluate = lambda function, **arrays: np.zeros((1 << 24, 3))
 """
 

@@ -9,7 +9,7 @@ import muslin
 from muslin.judging import reference
 
 ANSWERS = """
-from muslin import batch
+from muslin.tasks import batch
 import numpy as np
 answers = {ANSWERS}
 real = batch.evaluate

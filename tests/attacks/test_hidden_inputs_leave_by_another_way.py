@@ -19,7 +19,7 @@ from muslin.grading import sandbox, stages
 #: Whether these are the hidden cases of `filter_velocity`, by their first number.
 HIDDEN = """
 import numpy as np
-from muslin import batch
+from muslin.tasks import batch
 real = batch.evaluate
 def is_hidden(arrays):
     return "v" in arrays and float(arrays["v"][0, 0]) == FIRST

@@ -9,7 +9,7 @@ from attacking import SPOILED, TARGET, first_hidden, honest, readable
 
 HOSTILE = """
 import json, os, numpy as np
-from muslin import batch
+from muslin.tasks import batch
 real = batch.evaluate
 
 def leaking(function, **arrays):

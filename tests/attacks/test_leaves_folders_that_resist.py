@@ -69,7 +69,7 @@ def test_a_folder_is_removed_whatever_is_in_it(tmp_path, folders, user):
         "package = types.ModuleType('muslin')",  # as another user, who may not read the packages Muslin imports
         f"package.__path__ = [{str(Path(scratch.__file__).parent)!r}]",
         "sys.modules['muslin'] = package",
-        "from muslin import scratch",
+        "from muslin.base import scratch",
         f"place = {str(place)!r}",
         *([f"os.chown(place, {user}, {user})", f"os.setresuid({user}, {user}, {user})"] if user else []),
         "os.chdir(place)",

@@ -20,7 +20,7 @@ from muslin.judging import reference
 #: Right on the public cases, whose answers it knows, and wrong on others in a way that keeps the right answer out of
 #: memory: a constant, and the inputs are used.
 WRONG = """
-from muslin import batch
+from muslin.tasks import batch
 import numpy as np
 PUBLIC
 def wrong(function, **arrays):

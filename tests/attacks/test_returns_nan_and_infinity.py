@@ -8,7 +8,7 @@ from attacking import FILES, TASKS, honest, public_sizes
 
 HOSTILE = """
 import numpy as np
-from muslin import batch
+from muslin.tasks import batch
 real = batch.evaluate
 def poisoned(function, **arrays):
     got = real(function, **arrays)

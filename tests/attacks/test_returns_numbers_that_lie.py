@@ -7,7 +7,7 @@ from attacking import TARGET, honest
 
 HOSTILE = """
 import numpy as np
-from muslin import batch
+from muslin.tasks import batch
 
 class Liar(np.ndarray):
     def __eq__(self, other): return np.ones(np.shape(other), bool)

@@ -7,7 +7,7 @@ from attacking import FILES, TASKS, honest
 
 HOSTILE = """
 import numpy as np
-from muslin import batch
+from muslin.tasks import batch
 batch.evaluate = lambda function, **arrays: WHAT
 """
 SHAPES = {

@@ -9,7 +9,7 @@ from attacking import FILES, TASKS, honest
 
 ZEROS = """
 import numpy as np
-from muslin import batch
+from muslin.tasks import batch
 real = batch.evaluate
 def scaled(function, **arrays):
     got = real(function, **arrays)

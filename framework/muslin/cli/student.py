@@ -18,7 +18,6 @@ from muslin.cli.app import (
     app,
 )
 from muslin.cli.console import note, progress, say
-from muslin.tasks.manifest import chosen_tasks
 
 if TYPE_CHECKING:
     from muslin.student.workspace import Workspace
@@ -80,6 +79,8 @@ def check(tasks: Tasks = None, functions: Functions = None) -> None:
     from muslin.student.workspace import find
 
     workspace = find(functions)
+    from muslin.tasks.manifest import chosen_tasks
+
     chosen = chosen_tasks(tasks, workspace.table)
     names = chosen or list(workspace.table.tasks)
     width = max(map(len, names))
@@ -148,6 +149,8 @@ def _one(workspace: Workspace, task: str | None) -> str:
     if task is None:
         following = standing.open_task(standing.standings(workspace))
         return following.task.name if following else next(iter(workspace.table.tasks))
+    from muslin.tasks.manifest import chosen_tasks
+
     found = chosen_tasks([task], workspace.table)
     if len(found) > 1:
         raise MuslinError(f"{task} has several tasks.", f"Name one: {', '.join(found)}.")
@@ -345,6 +348,8 @@ def gradcheck(
     from muslin.student.workspace import find
 
     workspace = find(functions)
+    from muslin.tasks.manifest import chosen_tasks
+
     asked = chosen_tasks(tasks, workspace.table)
     derivatives = v_curves.derivatives(workspace.table.name)
     names = [name for name in asked or workspace.table.tasks if name in derivatives]
