@@ -9,6 +9,7 @@ import re
 import shutil
 import subprocess
 import sys
+from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -20,13 +21,12 @@ import muslin
 from muslin.authoring import release as authoring
 from muslin.base import paths
 from muslin.base.errors import MuslinError, NotImplementedYet
-from muslin.tasks import read_assignment
+from muslin.tasks import Assignment, read_assignment
 
 ROOT = Path(__file__).resolve().parent.parent
 SOLUTION, RELEASED = ROOT / "solutions" / "cloth", ROOT / "assignments" / "cloth"
 TABLE = read_assignment(SOLUTION)
 TASKS = list(TABLE.tasks.values())
-HANDOUT = (RELEASED / "README.md").read_text(encoding="utf-8")
 COMMANDS = {
     "scenes",
     "handout",
@@ -300,39 +300,75 @@ def test_a_picture_appears_when_it_is_there(checkout):
 # -------------------- the handout
 
 
-def _sections() -> dict[str, str]:
+@dataclass(frozen=True)
+class Handout:
+    """The handout of an assignment, and what it belongs to."""
+
+    name: str
+
+    @property
+    def solution(self) -> Path:
+        return ROOT / "solutions" / self.name
+
+    @property
+    def released(self) -> Path:
+        return ROOT / "assignments" / self.name
+
+    @property
+    def text(self) -> str:
+        return (self.released / "README.md").read_text(encoding="utf-8")
+
+    @property
+    def table(self) -> Assignment:
+        return read_assignment(self.solution)
+
+
+HANDOUTS = [Handout(name) for name in paths.assignments("solutions")]
+every_handout = pytest.mark.parametrize("handout", HANDOUTS, ids=lambda handout: handout.name)
+
+
+def _sections(handout: Handout) -> dict[str, str]:
     """Text below each `### task` heading."""
-    parts = re.split(r"^### (\w+)$", HANDOUT, flags=re.MULTILINE)
+    parts = re.split(r"^### (\w+)$", handout.text, flags=re.MULTILINE)
     return dict(zip(parts[1::2], parts[2::2], strict=True))
 
 
-@pytest.mark.parametrize("task", TASKS, ids=lambda task: task.name)
-def test_the_handout_teaches_every_task(task):
-    text = re.split(r"^## ", _sections()[task.name], flags=re.MULTILINE)[0]
+@pytest.mark.parametrize(
+    ("handout", "task"),
+    [
+        pytest.param(handout, task, id=f"{handout.name}-{task.name}")
+        for handout in HANDOUTS
+        for task in handout.table.tasks.values()
+    ],
+)
+def test_the_handout_teaches_every_task(handout, task):
+    text = re.split(r"^## ", _sections(handout)[task.name], flags=re.MULTILINE)[0]
     assert f"`{task.name}({', '.join(v.name for v in task.arguments)})`" in text
     assert "**Derivation.**" in text
     assert f"`muslin check {task.name}`" in text
     pitfalls = text.split("**Pitfalls**")[1].split("**Check it:**")[0]
     assert len(re.findall(r"^- ", pitfalls, flags=re.MULTILINE)) >= 3
-    assert f">>> evaluate(f.{task.name}," in text or f"evaluate(f.{task.name}," in text
+    assert f"f.{task.name}(" if task.in_python else f"evaluate(f.{task.name}," in text
 
 
-def test_the_handout_follows_the_manifest_order():
-    assert list(_sections()) == list(TABLE.tasks)
+@every_handout
+def test_the_handout_follows_the_manifest_order(handout):
+    assert list(_sections(handout)) == list(handout.table.tasks)
 
 
-def _commands() -> list[list[str]]:
+def _commands(text: str) -> list[list[str]]:
     lines = re.findall(
-        r"^\s*(muslin .+)$", "\n".join(re.findall(r"```bash\n(.*?)```", HANDOUT, re.DOTALL)), re.M
+        r"^\s*(muslin .+)$", "\n".join(re.findall(r"```bash\n(.*?)```", text, re.DOTALL)), re.M
     )
-    return [line.split("#")[0].split() for line in lines + re.findall(r"`(muslin [^`]+)`", HANDOUT)]
+    return [line.split("#")[0].split() for line in lines + re.findall(r"`(muslin [^`]+)`", text)]
 
 
-def test_the_handout_shows_only_commands_that_exist(monkeypatch, capsys):
-    shown = _commands()
+@every_handout
+def test_the_handout_shows_only_commands_that_exist(handout, monkeypatch, capsys):
+    shown = _commands(handout.text)
     assert len(shown) > 25
     assert {words[1] for words in shown} <= COMMANDS
-    assert {words[2] for words in shown if words[1] == "check" and len(words) > 2} == set(TABLE.tasks)
+    assert {words[2] for words in shown if words[1] == "check" and len(words) > 2} == set(handout.table.tasks)
     if find_spec("muslin.cli") is None:
         return  # the list above is then all there is to compare with
     main = import_module("muslin.cli").main
@@ -346,25 +382,27 @@ def test_the_handout_shows_only_commands_that_exist(monkeypatch, capsys):
             assert option in told, f"muslin {name} has no {option}"
 
 
-def test_the_links_and_pictures_of_the_handout_exist():
-    headings = re.findall(r"^#+ (.+)$", re.sub(r"```.*?```", "", HANDOUT, flags=re.DOTALL), re.MULTILINE)
+@every_handout
+def test_the_links_and_pictures_of_the_handout_exist(handout):
+    headings = re.findall(r"^#+ (.+)$", re.sub(r"```.*?```", "", handout.text, flags=re.DOTALL), re.MULTILINE)
     anchors = {
         "#" + re.sub(r"[^\w\- ]", "", heading).strip().lower().replace(" ", "-") for heading in headings
     }
     assert len(anchors) == len(headings)
-    for target in re.findall(r"\]\(([^)]+)\)", HANDOUT):
+    for target in re.findall(r"\]\(([^)]+)\)", handout.text):
         if target.startswith("#"):
             assert target in anchors
         elif not target.startswith("https://"):
-            assert (RELEASED / target).is_file(), target
-    shown = set(re.findall(r"\]\(pictures/([^)]+)\)", HANDOUT))
-    assert shown == {path.name for path in (RELEASED / "pictures").iterdir()}
+            assert (handout.released / target).is_file(), target
+    shown = set(re.findall(r"\]\(pictures/([^)]+)\)", handout.text))
+    assert shown == {path.name for path in (handout.released / "pictures").iterdir()}
     assert len(shown) >= 4
 
 
-def test_formulas_survive_markdown():
+@every_handout
+def test_formulas_survive_markdown(handout):
     """Outside fences GitHub would read a backslash before punctuation as its own, and a bare < as a tag."""
-    text = re.sub(r"```.*?```|<!--.*?-->|`[^`\n]*`", "", HANDOUT, flags=re.DOTALL)
+    text = re.sub(r"```.*?```|<!--.*?-->|`[^`\n]*`", "", handout.text, flags=re.DOTALL)
     for paragraph in text.split("\n"):
         assert paragraph.count("$") % 2 == 0, paragraph
         for formula in re.findall(r"\$([^$]+)\$", paragraph):
@@ -380,10 +418,11 @@ class _ZeroIsZero(doctest.OutputChecker):
         return super().check_output(re.sub(r"\[\s+", "[", want), re.sub(r"\[\s+", "[", got), optionflags)
 
 
-def test_the_numbers_in_the_handout_are_what_the_solution_computes(monkeypatch):
-    monkeypatch.chdir(SOLUTION)
+@every_handout
+def test_the_numbers_in_the_handout_are_what_the_solution_computes(handout, monkeypatch):
+    monkeypatch.chdir(handout.solution)
     before = np.get_printoptions()
-    test = doctest.DocTestParser().get_doctest(HANDOUT, {}, "handout", "README.md", 0)
+    test = doctest.DocTestParser().get_doctest(handout.text, {}, "handout", "README.md", 0)
     runner = doctest.DocTestRunner(checker=_ZeroIsZero(), optionflags=doctest.NORMALIZE_WHITESPACE)
     report: list[str] = []
     try:
