@@ -9,7 +9,7 @@ from __future__ import annotations
 import functools
 import zipfile
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -41,10 +41,27 @@ class Slips:
         Cause, mistake and advice of each.
     prints : ndarray, (n, results, cases)
         What each makes of the public cases; NaN where it makes nothing finite.
+    places : ndarray of str, (k,)
+        Quantities on the way to the result, in words.
+    marks : ndarray, (k, cases)
+        The print of each.
     """
 
     words: np.ndarray
     prints: np.ndarray
+    places: np.ndarray = field(default_factory=lambda: np.array([], dtype=str))
+    marks: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
+
+    def place(self, values: np.ndarray) -> str:
+        """What a quantity is called, by its values (b, ...); empty if it is none that is known."""
+        if not len(self.places) or self.marks.shape[1:] != np.shape(values)[:1]:
+            return ""
+        mark = print_of(values)
+        if not np.isfinite(mark).all():
+            return ""
+        off = np.abs(self.marks - mark) <= MET * np.abs(mark).max()
+        met = np.flatnonzero(off.all(axis=1))
+        return str(self.places[met[0]]) if len(met) else ""
 
     @classmethod
     def of(cls, found: Sequence[tuple[tuple[str, str, str], list[np.ndarray]]]) -> Slips:
@@ -63,13 +80,19 @@ class Slips:
 
     def at(self, cases: np.ndarray) -> Slips:
         """The same slips in some of the cases."""
-        return Slips(self.words, self.prints[:, :, cases])
+        return replace(self, prints=self.prints[:, :, cases], marks=self.marks[:, cases])
 
     def save(self, path: Path) -> Path:
         """Write to a file; the same slips are the same bytes."""
         with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
-            text = "\n".join(self.words.ravel().tolist())  # four times smaller than an array of str
-            for name, array in (("words", np.frombuffer(text.encode(), np.uint8)), ("prints", self.prints)):
+            words, places = (
+                np.frombuffer(
+                    "\n".join(texts.ravel().tolist()).encode(), np.uint8
+                )  # far smaller than an array of str
+                for texts in (self.words, self.places)
+            )
+            arrays = {"words": words, "prints": self.prints, "places": places, "marks": self.marks}
+            for name, array in arrays.items():
                 info = zipfile.ZipInfo(f"{name}.npy", (2000, 1, 1, 0, 0, 0))
                 info.compress_type = zipfile.ZIP_DEFLATED
                 with archive.open(info, "w") as file:
@@ -109,7 +132,7 @@ def load(assignment: str, task: str) -> Slips | None:
     """The slips of a task; None if none were made."""
     try:
         with np.load(paths.slips(assignment) / f"{task}.npz", allow_pickle=False) as data:
-            words = data["words"].tobytes().decode().split("\n")
-            return Slips(np.array(words).reshape(-1, 3), data["prints"])
+            words, places = (data[name].tobytes().decode().split("\n") for name in ("words", "places"))
+            return Slips(np.array(words).reshape(-1, 3), data["prints"], np.array(places), data["marks"])
     except (OSError, ValueError, KeyError, zipfile.BadZipFile):  # the diagnosis does without
         return None

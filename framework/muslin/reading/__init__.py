@@ -11,7 +11,7 @@ import ast
 import functools
 import inspect
 import linecache
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from muslin.base.errors import MuslinError
@@ -27,7 +27,9 @@ __all__ = ["Note", "born", "notes", "of", "returned", "row", "told"]
 MOST, LONGEST = 3, 400
 
 
-def notes(text: str, name: str, asked: tuple[str, ...] = ()) -> list[Note]:
+def notes(
+    text: str, name: str, asked: tuple[str, ...] = (), sizes: Mapping[str, int] | None = None
+) -> list[Note]:
     """What is noticed in a function and in the functions of the file it uses, in order; [] if it is no Python.
 
     Parameters
@@ -38,6 +40,8 @@ def notes(text: str, name: str, asked: tuple[str, ...] = ()) -> list[Note]:
         The function.
     asked : tuple of str
         Names of the results it must return, where that is known.
+    sizes : dict, optional
+        How many components its arguments have that are vectors.
     """
     try:
         source = _source(text)
@@ -49,7 +53,8 @@ def notes(text: str, name: str, asked: tuple[str, ...] = ()) -> list[Note]:
     found: list[Note] = []
     for one in used(functions, name):
         arguments = frozenset(_arguments(functions[one]))
-        page = Page(text, functions[one], arguments, functions, modules, known, asked if one == name else ())
+        results, vectors = (asked, sizes or {}) if one == name else ((), {})
+        page = Page(text, functions[one], arguments, functions, modules, known, results, vectors)
         compiled = (
             one == name or functions[one].decorator_list
         )  # else Python runs it while the others compile
@@ -71,8 +76,9 @@ def of(function: Callable[..., Any]) -> list[Note]:
     if task is not None and task.in_python:  # what is noticed is where Taichi is not Python
         return []
     asked = tuple(value.name for value in task.results) if task is not None else ()
+    sizes = {v.name: v.shape[0] for v in task.arguments if len(v.shape) == 1} if task is not None else {}
     try:
-        return notes(_text(function), inspect.unwrap(function).__code__.co_name, asked)
+        return notes(_text(function), inspect.unwrap(function).__code__.co_name, asked, sizes)
     except (
         Exception
     ):  # a look at the text is a help, not a duty: no odd text may keep a function from being run

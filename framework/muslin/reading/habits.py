@@ -124,11 +124,28 @@ def _results(page: Page) -> Iterator[Note]:
         elif isinstance(value, ast.Tuple) and len(value.elts) != len(asked):
             given = _count(len(value.elts))
             more = "; one vector is ti.Vector([a, b, c])" if len(asked) == 1 else ""
-            if re.match(r"return\s+\d+,\d", ast.get_source_segment(page.text, node) or ""):
+            if re.search(r"\d,\d", ast.get_source_segment(page.text, node) or ""):
                 more = "; a decimal number has a point, as 0.5"
             yield page.note(node, f"{given} returned, and {want}{more}.", fatal=True)
-        elif len(asked) > 1 and _single(value):
+        elif len(asked) > 1 and (_single(value) or _one(value, page)):
             yield page.note(node, f"one value is returned, and {want}; put commas between them.", fatal=True)
+
+
+def _one(value: ast.expr, page: Page) -> bool:
+    """Whether a variable is one value: an argument, or what only gets such."""
+    if not isinstance(value, ast.Name):
+        return False
+    given = [got for _, target, got in assignments(page.node) if name_of(target) == value.id]
+    calls = [
+        n for got in given for n in ast.walk(got) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)
+    ]
+    helped = any(name_of(call.func) in page.functions for call in calls)
+    born = bool(given) or value.id in page.arguments
+    unpacked = any(
+        isinstance(target, ast.Tuple) and value.id in {name_of(t) for t in target.elts}
+        for _, target, _ in assignments(page.node)
+    )
+    return (born or unpacked) and not helped and not any(isinstance(got, ast.Tuple) for got in given)
 
 
 def _single(value: ast.expr) -> bool:

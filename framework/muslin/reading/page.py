@@ -5,8 +5,8 @@ from __future__ import annotations
 import ast
 import functools
 import re
-from collections.abc import Iterator
-from dataclasses import dataclass
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
 
 
 @dataclass(frozen=True)
@@ -54,6 +54,8 @@ class Page:
         All names the file gives a meaning at its top level.
     asked : tuple of str
         Names of the results the task asks for; empty for a helper.
+    sizes : dict
+        How many components the arguments have that are vectors, where that is known.
     """
 
     text: str
@@ -63,6 +65,7 @@ class Page:
     modules: dict[str, str]
     known: frozenset[str]
     asked: tuple[str, ...] = ()
+    sizes: Mapping[str, int] = field(default_factory=dict)
 
     def note(self, node: ast.AST, words: str, fatal: bool = False, compiles: bool = False) -> Note:
         """A note about a node."""

@@ -262,14 +262,12 @@ def legible(text: str, names: Collection[str], where: str) -> tuple[str, dict[st
     except StudentCodeError as error:
         whole = error
     rows = syntax.lines(text)
-    begins = [k for k, row in enumerate(rows) if _BEGINS.match(row)]
-    starts = [k for n, k in enumerate(begins) if n == 0 or rows[begins[n - 1]][0] != "@"]
     broken: dict[str, StudentCodeError] = {}
-    for start, stop in itertools.pairwise([0, *starts, len(rows)]):
+    for name, piece in pieces(rows):
+        start, stop = piece.start, piece.stop
         try:
             syntax.compiled("\n" * start + "".join(rows[start:stop]), where, where)
         except StudentCodeError as error:
-            name = _only_function(rows[start:stop])
             if name not in names or name in broken:
                 raise whole from None
             broken[name] = error
@@ -282,9 +280,27 @@ def legible(text: str, names: Collection[str], where: str) -> tuple[str, dict[st
     return rest, broken if len(broken) != 1 else dict.fromkeys(broken, whole)
 
 
+def pieces(rows: Sequence[str]) -> Iterator[tuple[str, range]]:
+    """A file cut wherever a function begins, whether Python can read it or not: (name, lines).
+
+    A function begins in the first column, or right below a decorator that does. The name is empty where more than one
+    function stands, or none.
+    """
+    begins = [
+        k
+        for k, row in enumerate(rows)
+        if _BEGINS.match(row) or (k and rows[k - 1][0] == "@" and _NAMED.match(row.lstrip(" \t")))
+    ]
+    starts = [k for n, k in enumerate(begins) if n == 0 or rows[begins[n - 1]][0] != "@"]
+    for start, stop in itertools.pairwise([0, *starts, len(rows)]):
+        yield _only_function(rows[start:stop]), range(start, stop)
+
+
 def _only_function(rows: Sequence[str]) -> str:
     """Name of the function that these lines are, as far as their first columns tell; empty if more stands there."""
     first = [row for row in rows if row[0] not in " \t\r\n\f#)]}@"]
+    if not first:  # a function that is indented, below its decorator
+        first = [row.lstrip(" \t") for above, row in itertools.pairwise(rows) if above[0] == "@"]
     named = _NAMED.match(first[0]) if len(first) == 1 else None
     return named[1] if named is not None else ""
 

@@ -269,6 +269,10 @@ def _advice(message: str, row: str, before: list[str]) -> str:
     above = next((_bare(line) for line in reversed(before) if _bare(line)), "")
     if "unexpected indent" in message and re.match(r"[-+*/@]|[)\]]", code):
         return CONTINUED
+    if "unexpected indent" in message and (
+        begun := re.match(r"(?:async\s+)?def\b|@|class\b|import\b|from\b", code)
+    ):
+        return f"This line begins in the first column: take the spaces in front of {begun[0]} out."
     told = re.search(
         r"never closed|unmatched|does not match|unterminated|indent|outside function|tabs", message
     )

@@ -160,6 +160,20 @@ def _double_index(page: Page) -> Iterator[Note]:
             yield page.note(node, "an entry of a matrix is A[i, j], a row A[i, :].")
 
 
+def _unpacked(page: Page) -> Iterator[Note]:
+    """A vector taken apart into fewer or more names than it has components."""
+    for statement, target, value in assignments(page.node):
+        size = page.sizes.get(value.id) if isinstance(value, ast.Name) else None
+        if size is not None and isinstance(target, ast.Tuple) and len(target.elts) != size:
+            name = name_of(value)
+            yield page.note(
+                statement,
+                f"{name} is unpacked into {len(target.elts)} names and has {size} components; write "
+                f"{name}[0], {name}[1], ..., or give every component a name.",
+                fatal=True,
+            )
+
+
 TRAPS: tuple[Callable[[Page], Iterator[Note]], ...] = (
     _lists,
     _whole_numbers,
@@ -171,4 +185,5 @@ TRAPS: tuple[Callable[[Page], Iterator[Note]], ...] = (
     _recursion,
     _loops,
     _double_index,
+    _unpacked,
 )

@@ -85,7 +85,7 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
             yield Report(name, ERROR, message, notes=_notes(function, message))
             continue
         outputs = got if isinstance(got, tuple) else (got,)
-        report = _compared(table, name, outputs, inputs, expected)
+        report = _compared(table, name, outputs, inputs, expected, folder / file)
         if report.status == GREEN:
             report = _held(table, name, loaded[file][name]) or report
         if report.status != GREEN:
@@ -93,9 +93,10 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
         yield report
 
 
-def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any) -> Report:
-    """The public cases."""
+def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any, path: Path) -> Report:
+    """The public cases; what is wrong is looked for in the file, too."""
     from muslin.judging import reference
+    from muslin.reading import source
 
     terms = judge(table.name, name).terms
     verdict = reference.compare(table.tasks[name], outputs, expected, inputs, terms=terms)
@@ -103,7 +104,7 @@ def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any) -
         return Report(name, GREEN, verdict.message, verdict.case)
     from muslin.grading.diagnosis import diagnose
 
-    found = diagnose(table.tasks[name], outputs, expected, inputs, table.name)
+    found = diagnose(table.tasks[name], outputs, expected, inputs, table.name, source.glimpse(path))
     mistake, advice = (found.mistake, found.advice) if found else ("", "")
     return Report(name, WRONG, verdict.message, verdict.case, mistake, advice)
 

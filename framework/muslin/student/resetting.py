@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.reading import source
+from muslin.reading import source, syntax
 from muslin.student.workspace import Workspace
 
 
@@ -60,11 +60,28 @@ def _without(workspace: Workspace, task: str) -> str:
     try:
         mine = source.Source(source.read(path), paths.shown(path))
     except MuslinError as error:
-        raise MuslinError(
-            error.message, f"Mend that line, or start the file anew: muslin reset {file}"
-        ) from None
+        rows = syntax.lines(source.read(path))
+        cut = _cut(rows, task)
+        if cut is None:
+            raise MuslinError(
+                f"{error.message}\nSo it cannot be told where {task} begins and ends; nothing was changed.",
+                f"Fix that line, or start the whole file again: muslin reset {file} (what you have is kept beside it)",
+            ) from None
+        return "".join(rows[: cut.start]) + piece.rstrip("\n") + "\n" + "".join(rows[cut.stop :])
     if task not in mine.functions:
         return mine.text.rstrip("\n") + f"\n\n\n{piece}"
     where = mine.functions[task].lines
     after = "".join(mine.lines[where.stop :])
     return "".join(mine.lines[: where.start]) + (piece if piece.endswith("\n") else piece + "\n") + after
+
+
+def _cut(rows: list[str], task: str) -> range | None:
+    """Lines of a function in a file that Python cannot read; None if it cannot be told where they are."""
+    found = [lines for name, lines in source.pieces(rows) if name == task]
+    if len(found) != 1:
+        return None
+    (lines,) = found
+    stop = lines.stop
+    while stop > lines.start + 1 and (not rows[stop - 1].strip() or rows[stop - 1][0] == "#"):
+        stop -= 1  # blank lines and comments in front of the next function are not its own
+    return range(lines.start, stop)

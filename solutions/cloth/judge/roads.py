@@ -17,15 +17,16 @@ from muslin.given import diag
 def phi(X, X0, X1, X2):
     D = ti.Matrix.cols([X1 - X0, X2 - X0])  # the edge matrix D
     A = D.transpose() @ D  # the 2x2 matrix D^T D
-    b = D.transpose() @ (X - X0)  # the right-hand side of the 2x2 system
-    p = A.inverse() @ b  # the solution of the 2x2 system
-    return ti.Vector([1 - p[0] - p[1], p[0], p[1]])  # the three components
+    b = D.transpose() @ (X - X0)  # the right-hand side D^T (X - X0) of the 2x2 system
+    p = A.inverse() @ b  # phi_1 and phi_2, the solution of the 2x2 system
+    o = 1 - p[0] - p[1]  # phi_0, which makes the sum of all three one
+    return ti.Vector([o, p[0], p[1]])  # the three components
 
 
 def phi__by_hand(X, X0, X1, X2):
     e = X1 - X0  # the first edge
     f = X2 - X0  # the second edge
-    d = X - X0  # the vector from X0 to X
+    d = X - X0  # the vector X - X0, from X0 to X
     a = e.dot(e)  # the entry [0, 0] of D^T D
     b = e.dot(f)  # the off-diagonal entry of D^T D
     c = f.dot(f)  # the entry [1, 1] of D^T D
@@ -34,7 +35,8 @@ def phi__by_hand(X, X0, X1, X2):
     det = a * c - b * b  # the determinant of D^T D
     p = (c * r - b * t) / det  # phi_1, the first row of the 2x2 inverse
     q = (a * t - b * r) / det  # phi_2, the second row of the 2x2 inverse
-    return ti.Vector([1 - p - q, p, q])  # the three components
+    o = 1 - p - q  # phi_0, which makes the sum of all three one
+    return ti.Vector([o, p, q])  # the three components
 
 
 def phi__areas(X, X0, X1, X2):
@@ -119,9 +121,10 @@ def dphi_dX(X0, X1, X2):
     D = ti.Matrix.cols([X1 - X0, X2 - X0])  # the edge matrix D
     A = D.transpose() @ D  # the 2x2 matrix D^T D
     G = A.inverse() @ D.transpose()  # the 2x3 matrix of the gradients
-    g = G[0, :]  # the gradient of phi_1
-    k = G[1, :]  # the gradient of phi_2
-    return ti.Matrix.rows([-g - k, g, k])  # the three rows
+    g = G[0, :]  # row 1, the gradient of phi_1
+    k = G[1, :]  # row 2, the gradient of phi_2
+    o = -g - k  # row 0, the gradient of phi_0
+    return ti.Matrix.rows([o, g, k])  # the three rows
 
 
 def dphi_dX__by_hand(X0, X1, X2):
@@ -133,7 +136,8 @@ def dphi_dX__by_hand(X0, X1, X2):
     det = a * c - b * b  # the determinant of D^T D
     g = (c * e - b * f) / det  # the gradient of phi_1, the first row of the 2x2 inverse
     k = (a * f - b * e) / det  # the gradient of phi_2, the second row of the 2x2 inverse
-    return ti.Matrix.rows([-g - k, g, k])  # the three rows
+    o = -g - k  # row 0, the gradient of phi_0
+    return ti.Matrix.rows([o, g, k])  # the three rows
 
 
 def dphi_dX__turned_edges(X0, X1, X2):
@@ -149,7 +153,8 @@ def dphi_dX__unit_normal(X0, X1, X2):
     n = m.normalized()  # the unit normal
     g = n.cross(X0 - X2) / m.norm()  # the gradient of phi_1
     k = n.cross(X1 - X0) / m.norm()  # the gradient of phi_2
-    return ti.Matrix.rows([-g - k, g, k])  # the three rows
+    o = -g - k  # row 0, the gradient of phi_0
+    return ti.Matrix.rows([o, g, k])  # the three rows
 
 
 def dphi_dX__of_the_vertices(X0, X1, X2):
@@ -187,6 +192,13 @@ def dphi_dX__one_minus(X0, X1, X2):
 
 def interpolate(phi, x0, x1, x2):
     return phi[0] * x0 + phi[1] * x1 + phi[2] * x2  # the weighted sum of the vertices
+
+
+def interpolate__terms(phi, x0, x1, x2):
+    a = phi[0] * x0  # the term of vertex 0
+    b = phi[1] * x1  # the term of vertex 1
+    c = phi[2] * x2  # the term of vertex 2
+    return a + b + c  # the weighted sum of the vertices
 
 
 def interpolate__matrix(phi, x0, x1, x2):
@@ -368,7 +380,7 @@ def dn_dx__closed(x0, x1, x2, i):
         e = x0 - x2  # the edge opposite vertex 1
     if i == 2:
         e = x1 - x0  # the edge opposite vertex 2
-    w = e.cross(n)  # the direction the normal leans to
+    w = e.cross(n)  # the direction the normal leans to, e x n: the edge turned about n
     return w.outer_product(n) / m.norm()  # the final outer product
 
 
@@ -434,9 +446,9 @@ def dn_dx__other_edges(x0, x1, x2, i):
 
 
 def mass_block(i, j, area, rho, h):
-    m = rho * h * area / 12  # the mass for i != j
+    m = rho * h * area / 12  # the mass off the diagonal, for i != j
     if i == j:
-        m = rho * h * area / 6  # the mass for i = j
+        m = rho * h * area / 6  # the mass on the diagonal, for i = j
     return m  # the result
 
 
@@ -444,20 +456,20 @@ def mass_block__kronecker(i, j, area, rho, h):
     d = 0  # delta_ij off the diagonal
     if i == j:
         d = 1  # delta_ij on the diagonal, where i = j
-    return rho * h * area * (1 + d) / 12  # the mass, from 1 + delta_ij
+    return rho * h * area * (1 + d) / 12  # the mass, from 1 + delta_ij: 2 on the diagonal, 1 off the diagonal
 
 
 def mass_block__from_the_diagonal(i, j, area, rho, h):
-    m = rho * h * area / 6  # the mass for i = j
+    m = rho * h * area / 6  # the mass on the diagonal, for i = j
     if i != j:
-        m = m / 2  # the mass for i != j
+        m = m / 2  # the mass off the diagonal, for i != j
     return m  # the result
 
 
 def mass_block__fraction(i, j, area, rho, h):
-    f = 1 / 12  # the fraction for i != j
+    f = 1 / 12  # the fraction off the diagonal, for i != j
     if i == j:
-        f = 1 / 6  # the fraction for i = j
+        f = 1 / 6  # the fraction on the diagonal, for i = j
     return f * rho * h * area  # the result
 
 
@@ -489,8 +501,8 @@ def mass_block__tetrahedron(i, j, area, rho, h):
 
 
 def kinetic_energy(v0, v1, v2, area, rho, h):
-    a = v0.dot(v0) + v1.dot(v1) + v2.dot(v2)  # the squares v_i . v_i
-    b = v0.dot(v1) + v1.dot(v2) + v2.dot(v0)  # the mixed terms v_i . v_j
+    a = v0.dot(v0) + v1.dot(v1) + v2.dot(v2)  # the squares v_i . v_i, of the diagonal
+    b = v0.dot(v1) + v1.dot(v2) + v2.dot(v0)  # the mixed terms v_i . v_j, off the diagonal
     return rho * h * area / 12 * (a + b)  # the sum and its factor
 
 
@@ -499,23 +511,23 @@ def kinetic_energy__loops(v0, v1, v2, area, rho, h):
     T = 0.0  # the energy before the loop
     for i in range(3):  # the sum over i
         for j in range(3):  # the sum over j
-            m = rho * h * area / 12  # the mass for i != j
+            m = rho * h * area / 12  # the mass off the diagonal, for i != j
             if i == j:
-                m = rho * h * area / 6  # the mass for i = j
+                m = rho * h * area / 6  # the mass on the diagonal, for i = j
             T += 0.5 * m * v[i, :].dot(v[j, :])  # the double sum, term by term
     return T  # the result
 
 
 def kinetic_energy__of_the_sum(v0, v1, v2, area, rho, h):
-    w = v0 + v1 + v2  # the sum of the velocities
-    a = v0.norm_sqr() + v1.norm_sqr() + v2.norm_sqr()  # the squares v_i . v_i
+    w = v0 + v1 + v2  # the sum of the three velocities
+    a = v0.norm_sqr() + v1.norm_sqr() + v2.norm_sqr()  # the squares v_i . v_i, of the diagonal
     return rho * h * area / 24 * (a + w.norm_sqr())  # the sum of squares and the square of the sum
 
 
 def kinetic_energy__six_terms(v0, v1, v2, area, rho, h):
     m = rho * h * area / 6  # the mass on the diagonal
     k = rho * h * area / 12  # the mass off the diagonal
-    a = 0.5 * m * v0.dot(v0) + 0.5 * m * v1.dot(v1) + 0.5 * m * v2.dot(v2)  # the squares v_i . v_i
+    a = 0.5 * m * v0.dot(v0) + 0.5 * m * v1.dot(v1) + 0.5 * m * v2.dot(v2)  # the squares v_i . v_i, of the diagonal
     b = k * v0.dot(v1) + k * v1.dot(v2) + k * v0.dot(v2)  # the mixed terms v_i . v_j, i < j
     return a + b  # the sum of squares and mixed terms
 
@@ -529,8 +541,8 @@ def kinetic_energy__matrix(v0, v1, v2, area, rho, h):
 
 
 def kinetic_energy__fractions(v0, v1, v2, area, rho, h):
-    a = v0.dot(v0) + v1.dot(v1) + v2.dot(v2)  # the squares v_i . v_i
-    b = v0.dot(v1) + v1.dot(v2) + v2.dot(v0)  # the mixed terms v_i . v_j
+    a = v0.dot(v0) + v1.dot(v1) + v2.dot(v2)  # the squares v_i . v_i, of the diagonal
+    b = v0.dot(v1) + v1.dot(v2) + v2.dot(v0)  # the mixed terms v_i . v_j, off the diagonal
     M = rho * h * area  # the mass of the triangle
     return 0.5 * M * (a / 6 + 2 * b / 12)  # the sum of squares and mixed terms
 
@@ -771,6 +783,13 @@ def dpsi_ds__one_line(s, mu, lam):
     return ti.Vector([p, q, 0.0])  # the three components
 
 
+def dpsi_ds__terms(s, mu, lam):
+    a = 2 * mu * (s[0] - 1)  # the mu term of component 0
+    b = 2 * mu * (s[1] - 1)  # the mu term of component 1
+    t = lam * (s[0] + s[1] - 2)  # the lam term, with the sum of both stretches
+    return ti.Vector([a + t, b + t, 0.0])  # the three components
+
+
 def dpsi_ds__sum_of_all(s, mu, lam):
     """The third component carries the derivative of a third stretch.
 
@@ -889,7 +908,7 @@ def dpsi_dF__loops(U, dpsi_ds, V):
 
 def dpsi_dF__entries(U, dpsi_ds, V):
     p = dpsi_ds  # the stresses
-    S = ti.Matrix([[p[0], 0.0, 0.0], [0.0, p[1], 0.0], [0.0, 0.0, p[2]]])  # the diagonal matrix
+    S = ti.Matrix([[p[0], 0.0, 0.0], [0.0, p[1], 0.0], [0.0, 0.0, p[2]]])  # the diagonal matrix of dpsi_ds, in the middle
     return U @ S @ V.transpose()  # the product of three matrices
 
 
@@ -939,6 +958,12 @@ def dpsi_dF__entrywise(U, dpsi_ds, V):
 
 def nodal_force(P, grad_phi, area, h):
     return -h * area * (P @ grad_phi)  # the force
+
+
+def nodal_force__volume(P, grad_phi, area, h):
+    w = h * area  # the volume of the triangle
+    f = P @ grad_phi  # the product of P and the gradient
+    return -w * f  # the force, minus the gradient of the energy
 
 
 def nodal_force__components(P, grad_phi, area, h):
@@ -1231,10 +1256,11 @@ def sphere_contact__pushed(x, c, r):
 
 
 def filter_velocity(v, n):
-    d = n.dot(v)  # the velocity along n
+    d = n.dot(v)  # the velocity along n, the dot product of v and n
     w = v  # the velocity that is kept
     if d < 0:
-        w = v - d * n  # the filtered velocity
+        p = d * n  # the part of v along n
+        w = v - p  # the filtered velocity, which slides along the surface
     return w  # the result
 
 
@@ -1244,10 +1270,17 @@ def filter_velocity__min(v, n):
 
 
 def filter_velocity__components(v, n):
-    d = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]  # the velocity along n
+    d = n[0] * v[0] + n[1] * v[1] + n[2] * v[2]  # the velocity along n, the dot product of v and n
     w = v  # the velocity that is kept
     if d < 0:
         w = ti.Vector([v[0] - d * n[0], v[1] - d * n[1], v[2] - d * n[2]])  # the filtered velocity
+    return w  # the result
+
+
+def filter_velocity__product(v, n):
+    w = v  # the velocity that is kept
+    if v.dot(n) < 0:
+        w = v - v.dot(n) * n  # the filtered velocity
     return w  # the result
 
 

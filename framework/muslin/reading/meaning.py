@@ -1,0 +1,439 @@
+"""What a student's function means: its text worked out on many inputs at once, by this file and not by Python.
+
+Only what is listed here is understood: arithmetic on numbers, vectors and matrices, the methods Taichi gives them,
+branches, and loops of a known length. Nothing of the text is ever executed, so it may be read where no student's code
+may run; whatever is not listed raises `Unclear`. Values are arrays with the inputs in front, (b,), (b, n), (b, n, m),
+or plain numbers where all inputs share one.
+
+What a text means may be asked once more with parts of it replaced (`Meaning.otherwise`): only what hangs on them is
+worked out again, so that hundreds of changes can be tried.
+"""
+
+from __future__ import annotations
+
+import ast
+import copy
+import operator
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from muslin.reading.arithmetic import METHODS, Unclear, cast, checked, chosen, combined, form, rank, whole
+from muslin.reading.expressions import PASSES, READERS, Fixed, function_of, index
+
+__all__ = ["METHODS", "Fixed", "Meaning", "Same", "Unclear"]
+
+#: Nodes of a text that is read; steps of one run; calls within calls.
+NODES, STEPS, DEPTH = 1200, 6000, 6
+
+Names = frozenset[str]
+
+
+class Same(Exception):
+    """What was replaced comes to the same."""
+
+
+class Meaning:
+    """A function of a text, worked out on inputs.
+
+    Parameters
+    ----------
+    functions : dict of ast.FunctionDef
+        The file's functions.
+    name : str
+        The one that is asked.
+    inputs : dict of ndarray, (b, ...)
+        In the order of its arguments.
+
+    Attributes
+    ----------
+    node : ast.FunctionDef
+    results : tuple
+        What it returns.
+    values : dict
+        Value of each node of the function that is worked out once, by the node's id.
+    before : list of dict
+        Variables before each statement of its body.
+    statement : dict
+        Which statement of the body a node stands in, by the node's id.
+    forms : dict
+        Shape of each node's value, by the node's id; also of what is worked out more than once.
+    variables : dict
+        Shape of each variable.
+    seen : dict, optional
+        Where values are noted that are worked out, by the node's id.
+    here : dict
+        Variables where a node is worked out, by the node's id; of nodes that are worked out once.
+
+    Raises
+    ------
+    Unclear
+        If it holds something that is not understood here.
+    """
+
+    def __init__(
+        self, functions: Mapping[str, ast.FunctionDef], name: str, inputs: Mapping[str, np.ndarray]
+    ) -> None:
+        self.functions, self.node = functions, functions[name]
+        given = [a.arg for a in self.node.args.args]
+        if sum(1 for f in functions.values() for _ in ast.walk(f)) > NODES or len(given) != len(inputs):
+            raise Unclear
+        self.count = len(next(iter(inputs.values())))
+        self.inputs = dict(zip(given, inputs.values(), strict=True))
+        self.values: dict[int, Any] = {}
+        self.before: list[dict[str, Any]] = []
+        self.statement = {
+            id(inner): k for k, statement in enumerate(self.node.body) for inner in ast.walk(statement)
+        }
+        self._home = {id(inner): key for key, f in functions.items() for inner in ast.walk(f)}
+        self.forms: dict[int, tuple[int, ...]] = {}
+        self.variables: dict[str, tuple[int, ...]] = {}
+        self.here: dict[int, dict[str, Any]] = {}
+        self.seen: dict[int, Any] | None = None
+        self._names: dict[int, Names] = {}
+        self._alive: list[ast.AST] = []  # what ids stand for
+        self._again: set[int] = set()  # worked out more than once
+        self._over: Mapping[int, ast.AST] = {}
+        self._dirty: set[str] = set()
+        self._steps, self._recording = 0, True
+        self._first = True
+        self._depth = 0
+        env = dict(self.inputs)
+        self.variables.update({key: form(value) for key, value in env.items()})
+        self.results = self._results(self._body_of_the_function(env, 0))
+        self._recording = self._first = False
+
+    def alias(self, node: Any) -> Any:
+        """The same node under another id, to stand inside of what replaces it."""
+        other = copy.copy(node)
+        self._alive.append(other)
+        if id(node) in self.values:
+            self.values[id(other)] = self.values[id(node)]
+        return other
+
+    def otherwise(self, changes: Mapping[int, ast.AST]) -> tuple[Any, ...]:
+        """What the function returns if some nodes, by id, are replaced.
+
+        Raises
+        ------
+        Unclear
+            If it cannot be worked out then.
+        Same
+            If that changes nothing.
+        """
+        self._alive += changes.values()
+        self._over, self._steps = changes, 0
+        homes = {self._home.get(key, self.node.name) for key in changes} - {self.node.name}
+        self._dirty = set(self.functions) if homes else set()
+        places = [self.statement.get(key) for key in changes]
+        start = min((k for k in places if k is not None), default=0) if None not in places else 0
+        try:
+            return self._results(self._body_of_the_function(dict(self.before[start]), start))
+        finally:
+            self._over = {}
+
+    def alone(self, node: ast.AST, new: ast.AST) -> Any:
+        """What would stand in place of a node, worked out where the node stands.
+
+        Raises
+        ------
+        Unclear
+            If it cannot be worked out.
+        """
+        self._over, self._steps, self._dirty = {}, 0, set()
+        self._alive.append(new)
+        env = self.here.get(id(node))
+        if env is None:
+            raise Unclear
+        return self.value(new, env)
+
+    # -- statements
+
+    def _results(self, value: Any) -> tuple[Any, ...]:
+        if value is None:
+            raise Unclear
+        return tuple(value) if isinstance(value, (tuple, list)) else (value,)
+
+    def _body_of_the_function(self, env: dict[str, Any], start: int) -> Any:
+        for k in range(start, len(self.node.body)):
+            statement = self.node.body[k]
+            if self._recording:
+                self.before.append(dict(env))
+            elif k > start and self._clean(statement) and k + 1 < len(self.before):
+                after = self.before[k + 1]
+                env.update({name: after[name] for name in _assigned(statement) if name in after})
+                continue
+            found = self._done(statement, env)
+            if found is not None:
+                return found
+            if k == start and not self._recording and not self._dirty and k + 1 < len(self.before):
+                raise Same
+        return None
+
+    def _run(self, body: Sequence[ast.stmt], env: dict[str, Any]) -> Any:
+        for statement in body:
+            found = self._done(statement, env)
+            if found is not None:
+                return found
+        return None
+
+    def _done(self, statement: Any, env: dict[str, Any]) -> Any:
+        """Work a statement out; what it returns, if it returns."""
+        self._step()
+        if self._recording and not isinstance(statement, (ast.If, ast.For)):
+            now = dict(env)
+            self.here.update(dict.fromkeys(map(id, ast.walk(statement)), now))
+        if id(statement) in self._over:
+            self._dirty |= _assigned(statement)
+            statement = self._over[id(statement)]
+            self._dirty |= _assigned(statement)
+        if isinstance(statement, ast.Return) and statement.value is not None:
+            return self.value(statement.value, env)
+        if isinstance(statement, ast.Assign):
+            dirty = not self._clean(statement)
+            value = self.value(statement.value, env)
+            for target in statement.targets:
+                self._assign(target, value, env, dirty)
+        elif isinstance(statement, ast.AnnAssign) and statement.value is not None:
+            self._assign(statement.target, self.value(statement.value, env), env, not self._clean(statement))
+        elif isinstance(statement, ast.AugAssign):
+            dirty = not self._clean(statement)
+            old = self.value(_loaded(statement.target), env)
+            new = combined(statement.op, old, self.value(statement.value, env))
+            self._assign(statement.target, new, env, dirty)
+        elif isinstance(statement, ast.If):
+            return self._if(statement, env)
+        elif isinstance(statement, ast.For):
+            return self._for(statement, env)
+        elif not (
+            isinstance(statement, (ast.Pass, ast.Assert))
+            or (isinstance(statement, ast.Expr) and isinstance(statement.value, (ast.Constant, ast.Call)))
+        ):
+            raise Unclear
+        return None
+
+    def _assign(self, target: ast.expr, value: Any, env: dict[str, Any], dirty: bool) -> None:
+        if isinstance(target, (ast.Tuple, ast.List)):
+            values = value
+            if isinstance(value, np.ndarray):
+                values = [value[:, k] for k in range(value.shape[1])] if value.ndim > 1 else None
+            if not isinstance(values, (list, tuple)) or len(values) != len(target.elts):
+                raise Unclear
+            for one, inner in zip(target.elts, values, strict=True):
+                self._assign(one, inner, env, dirty)
+        elif isinstance(target, ast.Name):
+            old = env.get(target.id)
+            if old is not None and whole(old) and not whole(value) and not isinstance(value, (list, tuple)):
+                value = cast(value, True)  # a variable keeps the type it is born with
+            env[target.id] = value
+            if self._first and not isinstance(value, (list, tuple)):
+                self.variables.setdefault(target.id, form(value))
+            if dirty:
+                self._dirty.add(target.id)
+        elif isinstance(target, ast.Subscript) and isinstance(target.value, ast.Name):
+            old, where = env.get(target.value.id), index(self, target.slice, env)
+            if not isinstance(old, np.ndarray) or any(isinstance(k, np.ndarray) for k in where):
+                raise Unclear
+            new = np.broadcast_to(old, (self.count, *old.shape[1:])).copy()
+
+            spot = (slice(None), *where)
+            if rank(value) and np.shape(value)[1:] != new[spot].shape[1:]:
+                raise Unclear
+            checked(operator.setitem, new, spot, value)
+            env[target.value.id] = new
+            if dirty:
+                self._dirty.add(target.value.id)
+        else:
+            raise Unclear
+
+    def _if(self, statement: ast.If, env: dict[str, Any]) -> Any:
+        holds = self.value(statement.test, env)
+        if not isinstance(holds, np.ndarray):
+            return self._run(statement.body if holds else statement.orelse, env)
+        holds = np.broadcast_to(holds != 0, (self.count,))
+        dirty = not self._clean(statement.test)
+        yes, no = dict(env), dict(env)
+        if self._run(statement.body, yes) is not None or self._run(statement.orelse, no) is not None:
+            raise Unclear
+        for name in _assigned(statement):
+            if name in yes and name in no:
+                if yes[name] is not no[name]:
+                    env[name] = chosen(holds, yes[name], no[name])
+            else:
+                env.pop(name, None)
+            if dirty:
+                self._dirty.add(name)
+        return None
+
+    def _for(self, statement: ast.For, env: dict[str, Any]) -> Any:
+        over = list(self.passes(statement.iter, env))
+        if len(over) > PASSES or statement.orelse:
+            raise Unclear
+        dirty = not self._clean(statement.iter)
+        if dirty:
+            self._dirty |= _assigned(statement)
+        for item in over:
+            self.assign_loop(statement.target, item, env)
+            found = self._run(statement.body, env)
+            if found is not None:
+                return found
+        return None
+
+    def assign_loop(self, target: ast.expr, item: Any, env: dict[str, Any]) -> None:
+        """Give the variables of a loop their values."""
+        if isinstance(target, ast.Name):
+            env[target.id] = item
+            if self._first:
+                self.variables.setdefault(target.id, ())
+        elif isinstance(target, ast.Tuple) and isinstance(item, tuple) and len(item) == len(target.elts):
+            for one, inner in zip(target.elts, item, strict=True):
+                self.assign_loop(one, inner, env)
+        else:
+            raise Unclear
+
+    def passes(self, node: Any, env: dict[str, Any]) -> Iterator[Any]:
+        """What a loop runs over."""
+        node = self._over.get(id(node), node)
+        if isinstance(node, (ast.List, ast.Tuple)):
+            yield from (self.value(entry, env) for entry in node.elts)
+            return
+        if not isinstance(node, ast.Call):
+            raise Unclear
+        name = function_of(node)
+        if name in ("static", "grouped") and len(node.args) == 1:
+            yield from self.passes(node.args[0], env)
+        elif name == "range":
+            limits = [self.value(a, env) for a in node.args]
+            if not all(type(n) is int for n in limits) or not limits:
+                raise Unclear
+            yield from range(*limits)
+        elif name == "ndrange":
+            sizes = [self.value(a, env) for a in node.args]
+            if not all(type(n) is int and 0 <= n <= PASSES for n in sizes):
+                raise Unclear
+            yield from (tuple(map(int, index)) for index in np.ndindex(*sizes))
+        elif name in ("enumerate", "zip"):
+            lists = [list(self.passes(a, env)) for a in node.args]
+            yield from (enumerate(lists[0]) if name == "enumerate" else zip(*lists, strict=False))
+        else:
+            raise Unclear
+
+    # -- expressions
+
+    def value(self, node: Any, env: dict[str, Any]) -> Any:
+        """What an expression comes to."""
+        key = id(node)
+        if key in self._over:
+            over, single = self._over, len(self._over) == 1
+            self._over = {k: new for k, new in over.items() if k != key}  # what replaces it may hold it
+            try:
+                new = self.value(over[key], env)
+            finally:
+                self._over = over
+            if single and key in self.values and _equal(new, self.values[key]):
+                raise Same
+            self._see(key, new)
+            return new
+        if not self._recording and key in self.values and self._clean(node):
+            return self.values[key]
+        self._step()
+        reader = READERS.get(type(node))
+        if reader is None:
+            raise Unclear
+        found = reader(self, node, env)
+        self._see(key, found)
+        if self._first and not isinstance(found, (list, tuple)):
+            self.forms[key] = form(found)
+        if self._recording:
+            if key in self.values or key in self._again:
+                self._again.add(key)
+                self.values.pop(key, None)
+            else:
+                self.values[key] = found
+        return found
+
+    def _see(self, key: int, value: Any) -> None:
+        if self.seen is not None:
+            self.seen[key] = value
+
+    def names(self, node: ast.AST) -> Names:
+        """All names in a node."""
+        key = id(node)
+        if key not in self._names:
+            self._alive.append(node)
+            own = frozenset([node.id]) if isinstance(node, ast.Name) else frozenset()
+            self._names[key] = own.union(*(self.names(child) for child in ast.iter_child_nodes(node)))
+        return self._names[key]
+
+    def _clean(self, node: ast.AST) -> bool:
+        """Whether nothing in a node has been replaced, or hangs on what was."""
+        if self._recording:
+            return True
+        return not (self._dirty and not self._dirty.isdisjoint(self.names(node))) and not self._touched(node)
+
+    def _touched(self, node: ast.AST) -> bool:
+        inside = self._inside(node)
+        return any(key in inside for key in self._over)
+
+    def _inside(self, node: ast.AST) -> frozenset[int]:
+        found = getattr(node, "_inside", None)
+        if found is None:
+            found = frozenset(id(n) for n in ast.walk(node))
+            node._inside = found  # type: ignore[attr-defined]
+        return found
+
+    def _step(self) -> None:
+        self._steps += 1
+        if self._steps > STEPS:
+            raise Unclear
+
+    def called(self, function: ast.FunctionDef, arguments: list[Any]) -> Any:
+        """What a helper of the file returns."""
+        names = [a.arg for a in function.args.args]
+        depth = self._depth
+        if len(names) != len(arguments) or depth >= DEPTH:
+            raise Unclear
+        self._depth = depth + 1
+        recording, values, dirty = self._recording, self.values, self._dirty
+        self._recording, self.values, self._dirty = False, {}, set()  # its names are not those out here
+        try:
+            found = self._run(function.body, dict(zip(names, arguments, strict=True)))
+        finally:
+            self._depth, self._recording, self.values, self._dirty = depth, recording, values, dirty
+        if found is None:
+            raise Unclear
+        return found
+
+
+def _loaded(target: Any) -> Any:
+    """A target as an expression."""
+    found = getattr(target, "_loaded", None)
+    if found is None:
+        found = copy.copy(target)
+        found.ctx = ast.Load()
+        target._loaded = found
+    return found
+
+
+def _assigned(statement: ast.AST) -> Names:
+    """Variables a statement gives values to."""
+    found = getattr(statement, "_assigned", None)
+    if found is None:
+        names = set()
+        for node in ast.walk(statement):
+            if isinstance(node, (ast.Assign, ast.AugAssign, ast.AnnAssign, ast.For)):
+                targets = node.targets if isinstance(node, ast.Assign) else [node.target]
+                for target in targets:
+                    for one in target.elts if isinstance(target, (ast.Tuple, ast.List)) else [target]:
+                        while isinstance(one, ast.Subscript):
+                            one = one.value
+                        names |= {n.id for n in ast.walk(one) if isinstance(n, ast.Name)}
+        found = statement._assigned = frozenset(names)  # type: ignore[attr-defined]
+    return found
+
+
+def _equal(a: Any, b: Any) -> bool:
+    if isinstance(a, (list, tuple)) or isinstance(b, (list, tuple)):
+        return False
+    return np.shape(a) == np.shape(b) and bool(np.array_equal(a, b))

@@ -1,0 +1,135 @@
+"""All changes of a function, in order: single ones, the same made throughout, two names exchanged."""
+
+from __future__ import annotations
+
+import ast
+import itertools
+from collections.abc import Callable, Iterator, Mapping
+
+from muslin.reading.meaning import Meaning
+from muslin.reading.repairs import expressions, missing, statements
+from muslin.reading.repairs.pieces import KINDS, Repair, code, name, terms
+from muslin.reading.repairs.scope import Scope
+
+
+class Changes:
+    """All single changes of a function that has been worked out.
+
+    Parameters
+    ----------
+    meaning : Meaning
+    helpers : list of ast.FunctionDef
+        Functions of the file that it uses.
+    called : dict
+        What its own variables are, where that is known.
+    """
+
+    def __init__(self, meaning: Meaning, helpers: list[ast.FunctionDef], called: Mapping[str, str]) -> None:
+        self.scope = Scope(meaning, helpers, called)
+
+    def plain(self) -> list[Repair]:
+        """Those of a symbol or two, the plainest first."""
+        singles = list(self._singles())
+        order = {kind: k for k, kind in enumerate(KINDS)}
+        found = [*singles, *self._together(singles), *self._swaps()]
+        return sorted(found, key=lambda r: (order[r.kind], len(r.changes)))
+
+    def larger(self, possible: Callable[[ast.AST], bool]) -> Iterator[Repair]:
+        """Factors and terms that are missing, and other parts in place of what stands there.
+
+        Parameters
+        ----------
+        possible : callable
+            Whether any value in place of a node can make the function right.
+        """
+        scope = self.scope
+        nodes = [
+            node
+            for function in scope.functions
+            for node in ast.walk(function)
+            if isinstance(node, ast.expr)
+            and scope.counts(node)
+            and scope.form(node) is not None
+            and not isinstance(node, (ast.Compare, ast.BoolOp))
+            and possible(node)
+        ]
+        for made in (missing.factors, missing.addends, missing.others):
+            for node in nodes:
+                for kind, detail, words, new in made(scope, node, scope.form(node) or ()):
+                    yield Repair(kind, detail, node.lineno, words, {id(node): new})
+        for statement in ast.walk(scope.meaning.node):
+            if isinstance(statement, ast.Assign):
+                yield from statements.counterparts(scope, statement)
+
+    def _singles(self) -> Iterator[Repair]:
+        for function in self.scope.functions:
+            for node in ast.walk(function):
+                if isinstance(node, ast.stmt):
+                    yield from statements.changes(node)
+                elif isinstance(node, ast.expr) and self.scope.counts(node):
+                    for kind, detail, words, new in expressions.changes(self.scope, node):
+                        yield Repair(kind, detail, node.lineno, words, {id(node): new})
+
+    def _together(self, singles: list[Repair]) -> Iterator[Repair]:
+        """The same change made in a whole statement, or in the whole function."""
+        groups: dict[tuple[object, ...], list[Repair]] = {}
+        for repair in singles:
+            if repair.kind not in ("another", "entries"):
+                statement = self.scope.meaning.statement.get(next(iter(repair.changes)), -1)
+                groups.setdefault((repair.kind, repair.detail), []).append(repair)
+                groups.setdefault((repair.kind, repair.detail, statement), []).append(repair)
+        seen: set[tuple[str, frozenset[int]]] = set()
+        for group in groups.values():
+            made = {key: new for repair in group for key, new in repair.changes.items()}
+            same = (group[0].detail, frozenset(made))
+            if len(group) > 1 and len(made) > 1 and same not in seen:
+                seen.add(same)
+                lines = sorted({repair.line for repair in group})
+                also = ", throughout the line"
+                if len(lines) > 1:
+                    also = f", and so in line{'s' if len(lines) > 2 else ''} {', '.join(map(str, lines[1:]))}"
+                yield Repair(group[0].kind, group[0].detail, lines[0], group[0].words + also, made)
+
+    def _scopes(self) -> Iterator[tuple[str, ast.AST]]:
+        """Where two things may be exchanged: the function, a statement, an entry, a term of a sum."""
+        yield "", self.scope.meaning.node
+        for node in ast.walk(self.scope.meaning.node):
+            if not isinstance(node, (ast.Assign, ast.AugAssign, ast.Return)) or node.value is None:
+                continue
+            yield f" in {code(node.value)}", node
+            lists = [n for n in ast.walk(node.value) if isinstance(n, (ast.List, ast.Tuple))]
+            entries = [e for n in lists for e in n.elts if not isinstance(e, (ast.List, ast.Tuple))]
+            for whole in (node.value, *entries):
+                parts = [term for _, term in terms(whole)]
+                for part in ([] if whole is node.value else [whole]) + (parts if len(parts) > 1 else []):
+                    yield f" in {code(part)}", part
+
+    def _swaps(self) -> Iterator[Repair]:
+        """Two names, or two entries of one array, exchanged."""
+        scope, variables = self.scope, self.scope.variables
+        for where, part in self._scopes():
+            loads = [n for n in ast.walk(part) if isinstance(getattr(n, "ctx", None), ast.Load)]
+            names = [
+                n for n in loads if isinstance(n, ast.Name) and n.id in variables and n.id not in scope.loops
+            ]
+            for a, b in itertools.combinations(dict.fromkeys(n.id for n in names), 2):
+                if variables[a] == variables[b]:
+                    those = [n for n in names if n.id in (a, b)]
+                    made: dict[int, ast.AST] = {id(n): name(b if n.id == a else a) for n in those}
+                    words = f"{scope.said(a)} and {scope.said(b)} are exchanged{where}"
+                    yield Repair("name", f"{a}<->{b}", min(n.lineno for n in those), words, made)
+            entries: dict[str, list[ast.Subscript]] = {}
+            for node in loads:
+                if isinstance(node, ast.Subscript):
+                    entries.setdefault(ast.unparse(node), []).append(node)
+            for (one, first), (two, second) in itertools.combinations(entries.items(), 2):
+                if one.split("[")[0] == two.split("[")[0]:
+                    p, q = scope.alias(first[0]), scope.alias(second[0])
+                    made = {**dict.fromkeys(map(id, first), q), **dict.fromkeys(map(id, second), p)}
+                    yield Repair(
+                        "index",
+                        f"{one}<->{two}",
+                        first[0].lineno,
+                        f"{one} and {two} are exchanged{where}",
+                        made,
+                    )

@@ -1,0 +1,161 @@
+"""Larger changes of an expression: a factor or a term that is missing, another part in its place."""
+
+from __future__ import annotations
+
+import ast
+import itertools
+from collections.abc import Iterator
+from fractions import Fraction
+
+from muslin.reading.repairs.pieces import (
+    Form,
+    Found,
+    code,
+    like,
+    method,
+    name,
+    names_in,
+    terms,
+    text_of,
+    times,
+)
+from muslin.reading.repairs.scope import Scope
+
+#: Numbers that may be missing as a factor.
+FACTORS = (2, 3, 4, 6, 0.5, 0.25, 1 / 3, 1 / 6, 1 / 12)
+
+#: Nodes of a part that may be missing as a factor.
+SMALL = 8
+
+
+def _fixed(scope: Scope, node: ast.expr) -> bool:
+    """Whether nothing is added to a node, or multiplied with it: a number, an index."""
+    return isinstance(node, ast.Constant) or isinstance(scope.parent(node), (ast.Subscript, ast.Slice))
+
+
+def factors(scope: Scope, node: ast.expr, form: Form) -> Found:
+    """A factor that is missing at an expression which is a term, an entry, or all of a line."""
+    outer = scope.parent(node)
+    term = isinstance(outer, ast.BinOp) and isinstance(outer.op, (ast.Add, ast.Sub))
+    if _fixed(scope, node) or not (term or isinstance(outer, (ast.stmt, ast.List, ast.Tuple, ast.Call))):
+        return
+    inner, here = scope.alias(node), code(node)
+    for value in FACTORS:
+        much = str(Fraction(value).limit_denominator(24))
+        yield (
+            "lacks factor",
+            f"{much}*{like(node)}",
+            f"a factor of {much} is missing at {here}",
+            times(ast.Constant(value), inner),
+        )
+    for text, part in _numbers(scope):
+        yield (
+            "lacks factor",
+            f"*{text}{like(node)}",
+            f"a factor is missing at {here}: {text}",
+            times(inner, part),
+        )
+        words = f"a division is missing at {here}: by {text}"
+        yield "lacks factor", f"/{text}{like(node)}", words, ast.BinOp(inner, ast.Div(), part)
+    if form == ():
+        for key in scope.vectors:
+            words = f"{here} is a number where a vector belongs: the factor {scope.said(key)} is missing"
+            yield "lacks factor", f"*{key}", words, times(inner, name(key))
+        return
+    for key in scope.matrices:
+        shape = scope.variables[key]
+        for text, part in (
+            (scope.said(key), name(key)),
+            (f"the transpose of {key}", method(name(key), "transpose")),
+        ):
+            if shape[1] == form[0]:
+                new = ast.BinOp(part, ast.MatMult(), inner)
+                yield "lacks factor", f"{text}@", f"a factor is missing in front of {here}: {text}", new
+            if len(form) == 2 and shape[0] == form[1]:
+                new = ast.BinOp(inner, ast.MatMult(), part)
+                yield "lacks factor", f"@{text}", f"a factor is missing behind {here}: {text}", new
+
+
+def _numbers(scope: Scope) -> Iterator[tuple[str, ast.expr]]:
+    """Numbers of the function that may be missing as a factor."""
+    for key in scope.named(()):
+        yield scope.said(key), name(key)
+    for text, (part, shape) in scope.parts.items():
+        if shape == () and sum(1 for _ in ast.walk(part)) <= SMALL:
+            yield f"`{text}`", part
+    for key in scope.vectors:
+        yield f"the length of {scope.said(key)}", method(name(key), "norm")
+        yield f"the squared length of {scope.said(key)}", method(name(key), "norm_sqr")
+
+
+def addends(scope: Scope, node: ast.expr, form: Form) -> Found:
+    """A term that is missing in a sum, or beside what is none yet."""
+    outer = scope.parent(node)
+    if _fixed(scope, node) or (isinstance(outer, ast.BinOp) and isinstance(outer.op, (ast.Add, ast.Sub))):
+        return  # the sum as a whole is asked
+    inner, found = scope.alias(node), {text_of(part): (text, part) for text, part in _terms(scope, form)}
+    for _, term in terms(node):
+        for part in scope.variants(term):
+            text = f"a term like the others, with {names_in(part, scope.variables)},"
+            found.setdefault(text_of(part), (text, part))
+    for text, part in found.values():
+        for op, verb in ((ast.Add(), "added"), (ast.Sub(), "subtracted")):
+            words = f"something is missing in {code(node)}: {text} should be {verb}, and is left out"
+            yield "lacks term", f"{verb} {text}", words, ast.BinOp(inner, op, part)
+
+
+def _terms(scope: Scope, form: Form) -> Iterator[tuple[str, ast.expr]]:
+    """What may be missing as a term."""
+    for value in (1, 2) if form == () else ():
+        yield f"the number {value}", ast.Constant(value)
+    for key in scope.named(form):
+        yield scope.said(key), name(key)
+    for part, shape in scope.parts.values():
+        if shape == form:
+            yield f"a part with {names_in(part, scope.variables)}", part
+    if form == ():
+        for key, k in itertools.product(scope.vectors, range(3)):
+            yield f"{key}[{k}]", ast.Subscript(name(key), ast.Constant(k), ast.Load())
+        for a, b in itertools.combinations_with_replacement(scope.vectors, 2):
+            yield f"a product of {a} and {b}", method(name(a), "dot", name(b))
+    if form == (3, 3):
+        for a, b in itertools.product(scope.vectors, repeat=2):
+            yield f"an outer product of {a} and {b}", method(name(a), "outer_product", name(b))
+
+
+def others(scope: Scope, node: ast.expr, form: Form) -> Found:
+    """Another part of the function in place of an expression, or a product of its variables."""
+    if isinstance(node, ast.Constant) or isinstance(scope.parent(node), ast.Slice):
+        return
+    here, whole = text_of(node), isinstance(node, (ast.BinOp, ast.Call))
+    parts = {text: part for text, (part, shape) in scope.parts.items() if shape == form}
+    if whole:
+        parts |= {text_of(part): part for part in scope.variants(node)}
+    for text, part in parts.items():
+        if text != here:
+            words = (
+                f"{code(node)} stands in place of another part, one with {names_in(part, scope.variables)}"
+            )
+            yield "another", f"{here}->{text}", words, part
+    for text, part in _products(scope, form):
+        yield "another", f"{here}->{text}", f"{code(node)} stands in place of {text}", part
+    for key in scope.named(form) if not isinstance(node, ast.Name) else ():
+        yield "another", f"{here}->{key}", f"{code(node)} stands in place of {scope.said(key)}", name(key)
+
+
+def _products(scope: Scope, form: Form) -> Iterator[tuple[str, ast.expr]]:
+    """Lengths and products of variables."""
+    if form == ():
+        for key in scope.vectors:
+            yield f"the length of {scope.said(key)}", method(name(key), "norm")
+            yield f"the squared length of {scope.said(key)}", method(name(key), "norm_sqr")
+        for a, b in itertools.combinations(scope.vectors, 2):
+            yield f"the dot product of {a} and {b}", method(name(a), "dot", name(b))
+    if len(form) == 1:
+        for a, b in itertools.product(scope.matrices, scope.vectors):
+            yield (
+                f"the product of the matrix {a} and the vector {b}",
+                ast.BinOp(name(a), ast.MatMult(), name(b)),
+            )
+        for a, b in itertools.permutations(scope.vectors, 2):
+            yield f"the cross product of {a} and {b}", method(name(a), "cross", name(b))

@@ -1,0 +1,191 @@
+"""Changes of an operation: its operator, its sides, its brackets, the order of a product."""
+
+from __future__ import annotations
+
+import ast
+import itertools
+
+from muslin.reading.repairs.pieces import (
+    CALLED,
+    OPERATORS,
+    Found,
+    code,
+    factors,
+    like,
+    method,
+    minus,
+    number,
+    product,
+    terms,
+    total,
+)
+from muslin.reading.repairs.scope import Scope
+
+#: Operators that are easily taken for each other.
+LIKELY = ({"*", "/"}, {"*", "@"}, {"*", "**"}, {"+", "*"})
+
+#: What is said of a side of an operation that should not be there: of the left one, of the right one.
+VERBS: dict[type[ast.operator], tuple[str, str]] = {
+    ast.Add: ("added", "added"),
+    ast.Sub: ("there", "subtracted"),
+    ast.Mult: ("multiplied by", "multiplied by"),
+    ast.MatMult: ("multiplied by", "multiplied by"),
+    ast.Div: ("there", "divided by"),
+}
+
+#: Pairs of operators, the one that stands and the one that belongs -> what else is said.
+BESIDE: dict[tuple[str, str], str] = {
+    ("*", "@"): " (* multiplies entry by entry, @ is the product of matrices)",
+    ("*", "/"): ": it should be divided by {right}",
+    ("/", "*"): ": it is divided by {right} where it should be multiplied",
+    ("*", "**"): ": a multiple (twice) stands where a power (a square) is meant",
+    ("**", "*"): ": a power (a square) stands where a multiple (twice) is meant",
+    ("+", "*"): ": a sum stands where a product is meant",
+    ("*", "+"): ": a product stands where a sum is meant",
+}
+
+
+def changes(scope: Scope, node: ast.BinOp) -> Found:
+    """All changes of one operation."""
+    yield from _operators(scope, node)
+    yield from _sides(scope, node)
+    yield from _brackets(node)
+    outer = scope.parent(node)
+    if not (isinstance(outer, ast.BinOp) and type(outer.op) is type(node.op)):
+        yield from _chains(scope, node)
+
+
+def _operators(scope: Scope, node: ast.BinOp) -> Found:
+    op, left, right, here = node.op, node.left, node.right, code(node)
+    stands = OPERATORS.get(type(op), "")
+    for other in (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.MatMult, ast.Pow):
+        if isinstance(op, other) or {type(op), other} == {ast.Add, ast.Sub}:
+            continue
+        belongs = OPERATORS[other]
+        words = f"{stands} stands in place of {belongs} in {here}"
+        words += BESIDE.get((stands, belongs), "").format(right=code(right))
+        kind = "operation" if {stands, belongs} in LIKELY else "odd"
+        yield kind, f"{stands}->{belongs}", words, ast.BinOp(left, other(), right)
+    shape = scope.form(left)
+    if isinstance(op, ast.Mult) and shape and shape == scope.form(right):
+        for called in ("dot", "cross", "outer_product"):
+            words = f"* multiplies entry by entry in {here}, where {CALLED[called]} belongs"
+            yield "operation", f"*->{called}", words, method(left, called, right)
+    if isinstance(op, ast.Pow) and isinstance(right, ast.Constant):
+        for k in (1, 2, 3, 4, 0.5, -1, -2):
+            if k != right.value:
+                words = f"the power is wrong in {here}"
+                if k == 1:
+                    words += f": {code(left)} should not be squared"
+                yield "power", f"**{right.value!r}->{k}", words, ast.BinOp(left, ast.Pow(), number(k))
+    quotients = [s for s in (left, right) if isinstance(s, ast.BinOp) and isinstance(s.op, ast.Div)]
+    if isinstance(op, ast.Add) and len(quotients) == 2:
+        one, two = quotients
+        above, below = ast.BinOp(one.left, ast.Add(), two.left), ast.BinOp(one.right, ast.Add(), two.right)
+        words = f"a sum of quotients stands in place of the quotient of two sums in {here}"
+        yield "operation", "quotient of sums", words, ast.BinOp(above, ast.Div(), below)
+
+
+def _sides(scope: Scope, node: ast.BinOp) -> Found:
+    """Both sides exchanged, or one that should not be there."""
+    op, left, right, here = node.op, node.left, node.right, code(node)
+    stands, form = OPERATORS.get(type(op), ""), scope.form(node)
+    if isinstance(op, (ast.Sub, ast.Div, ast.MatMult, ast.Pow)):
+        words = f"the two sides are in the wrong order (exchanged) in {here}"
+        yield "order", stands, words, ast.BinOp(right, op, left)
+    if type(op) not in VERBS:
+        return
+    first, second = VERBS[type(op)]
+    end = f"once too often in {here}: it does not belong there"
+    if scope.form(right) is not None and scope.form(left) == form:
+        yield "extra", f"{stands}{like(right)}", f"{code(right)} is {second} {end}", left
+    if scope.form(left) is not None and scope.form(right) == form:
+        negative = isinstance(op, ast.Sub)
+        yield (
+            "extra",
+            f"{like(left)}{stands}",
+            f"{code(left)} is {first} {end}",
+            minus(right) if negative else right,
+        )
+        if negative:
+            words = f"{code(left)} and the minus do not belong in {here}"
+            yield "extra", f"{like(left)}{stands}.", words, right
+
+
+def _brackets(node: ast.BinOp) -> Found:
+    """Where the same symbols in the same order are bracketed otherwise."""
+    left, right = node.left, node.right
+    words = f"brackets are missing in {code(node)}, or set otherwise than they should be"
+    if isinstance(left, ast.BinOp):
+        yield "brackets", "", words, ast.BinOp(left.left, left.op, ast.BinOp(left.right, node.op, right))
+    if isinstance(right, ast.BinOp):
+        yield "brackets", "", words, ast.BinOp(ast.BinOp(left, node.op, right.left), right.op, right.right)
+    chain = terms(node)
+    if len(chain) < 2:
+        return
+    (_, first), (sign, last) = chain[0], chain[-1]
+    ahead = _edge(first, ahead=True)
+    behind = _edge(last, ahead=False)
+    for front, back in ((ahead, None), (None, behind), (ahead, behind)):
+        if front is None and back is None:
+            continue
+        inner = [*chain]
+        if front is not None:
+            inner[0] = (1, front.right)
+        if back is not None:
+            inner[-1] = (sign, back.left)
+        made: ast.expr = total(inner)
+        if front is not None:
+            made = ast.BinOp(front.left, front.op, made)
+        if back is not None:
+            made = ast.BinOp(made, back.op, back.right)
+        yield "brackets", "around a sum", words, made
+
+
+def _edge(node: ast.expr, ahead: bool) -> ast.BinOp | None:
+    """A term with a factor in front, or behind, that may belong to the whole sum."""
+    fits = isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Mult,) if ahead else (ast.Mult, ast.Div))
+    return node if fits and isinstance(node, ast.BinOp) else None
+
+
+def _chains(scope: Scope, node: ast.BinOp) -> Found:
+    """Factors in another order, transposes at other factors; twice a factor where its square is meant."""
+    here = code(node)
+    if isinstance(node.op, ast.Mult):
+        parts = factors(node, ast.Mult)
+        twos = [k for k, part in enumerate(parts) if isinstance(part, ast.Constant) and part.value == 2]
+        for two in twos[:1]:
+            rest = [part for k, part in enumerate(parts) if k != two]
+            for k, part in enumerate(rest):
+                square = ast.BinOp(part, ast.Pow(), ast.Constant(2))
+                words = (
+                    f"a multiple (twice) stands in place of a power: {code(part)} should be squared in {here}"
+                )
+                made = product([square if q == k else p for q, p in enumerate(rest)], ast.Mult)
+                yield "power", "twice for squared", words, made
+    if not isinstance(node.op, ast.MatMult):
+        return
+    parts = factors(node, ast.MatMult)
+    if not 2 < len(parts) <= 4:
+        return
+    for p in itertools.permutations(range(len(parts))):
+        if p != tuple(range(len(parts))):
+            words = f"the factors of the product are in the wrong order (exchanged) in {here}"
+            yield "order", f"chain {p}", words, product([parts[q] for q in p], ast.MatMult)
+    bare = [_untransposed(part) for part in parts]
+    stand = [inner is not part for inner, part in zip(bare, parts, strict=True)]
+    for flags in itertools.product((False, True), repeat=len(parts)):
+        if sum(flag != stands for flag, stands in zip(flags, stand, strict=True)) > 1:
+            words = f"the transposes stand at the wrong factors in {here}"
+            turned = [
+                method(scope.alias(inner), "transpose") if flag else inner
+                for flag, inner in zip(flags, bare, strict=True)
+            ]
+            yield "transposed", f"chain {flags}", words, product(turned, ast.MatMult)
+
+
+def _untransposed(node: ast.expr) -> ast.expr:
+    """What is transposed; the expression itself if it is not."""
+    if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "transpose":
+        return node.func.value
+    return node

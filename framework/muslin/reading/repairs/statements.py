@@ -1,0 +1,133 @@
+"""Changes of a line: what it does with its value, how often, and whether it is made as its counterpart is."""
+
+from __future__ import annotations
+
+import ast
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from muslin.reading.repairs.pieces import (
+    OPERATORS,
+    Repair,
+    code,
+    function,
+    function_of,
+    like,
+    name,
+    replaced,
+    text_of,
+)
+from muslin.reading.repairs.scope import Scope
+
+
+def changes(node: ast.stmt) -> Iterator[Repair]:
+    """All changes of one statement."""
+    if isinstance(node, ast.AugAssign):
+        yield from _added(node)
+    elif isinstance(node, ast.Assign):
+        yield from _assigned(node)
+    elif isinstance(node, ast.For):
+        yield from _loop(node)
+    elif isinstance(node, ast.If) and node.orelse:
+        words = f"the two branches of the condition {code(node.test)} are exchanged"
+        turned = ast.If(node.test, node.orelse, node.body)
+        yield Repair("condition", "turned", node.lineno, words, {id(node): turned})
+
+
+def _too_many(node: ast.Assign | ast.AugAssign, target: ast.expr) -> Repair:
+    words = f"what {code(target)} gets here does not belong there: the line is one too many"
+    return Repair("extra", "line", node.lineno, words, {id(node): ast.Pass()})
+
+
+def _added(node: ast.AugAssign) -> Iterator[Repair]:
+    for op in (ast.Add(), ast.Sub()):
+        if type(op) is not type(node.op):
+            stands, belongs = OPERATORS.get(type(node.op), ""), OPERATORS[type(op)]
+            words = f"a sign is wrong, or a product is made: {stands}= stands in place of {belongs}="
+            new = ast.AugAssign(node.target, op, node.value)
+            yield Repair("sign", "augmented", node.lineno, words, {id(node): new})
+    words = f"{code(node.target)} is added to, where = belongs"
+    assigned = ast.Assign([node.target], node.value)
+    yield Repair("loop", "+=->=", node.lineno, words, {id(node): assigned})
+    yield _too_many(node, node.target)
+
+
+def _assigned(node: ast.Assign) -> Iterator[Repair]:
+    target = node.targets[0]
+    if len(node.targets) > 1 or not isinstance(target, (ast.Name, ast.Subscript)):
+        return
+    for op, sign in ((ast.Add(), "+="), (ast.Sub(), "-=")):
+        words = (
+            f"{code(target)} is overwritten, where {sign} adds up: = stands in place of {sign}, "
+            "only the last term is left"
+        )
+        yield Repair(
+            "loop", f"=->{sign}", node.lineno, words, {id(node): ast.AugAssign(target, op, node.value)}
+        )
+    yield _too_many(node, target)
+
+
+def counterparts(scope: Scope, node: ast.Assign) -> Iterator[Repair]:
+    """A line made as another one is, whose name differs in a digit."""
+    mine = re.search(r"\d", text_of(node.targets[0]))
+    if mine is None:
+        return
+    for other in ast.walk(scope.meaning.node):
+        if not isinstance(other, ast.Assign) or like(other.targets[0]) != like(node.targets[0]):
+            continue
+        theirs = re.search(r"\d", text_of(other.targets[0]))
+        if theirs is None or theirs[0] == mine[0]:
+            continue
+        whose = f"{code(other.targets[0])} in line {other.lineno}"
+        words = f"{code(node.targets[0])} is not made as its counterpart {whose} is"
+        for turn in ({theirs[0]: mine[0], mine[0]: theirs[0]}, {theirs[0]: mine[0]}):
+            new = _renumbered(other.value, turn, scope.variables)
+            yield Repair("another", f"like {text_of(new)}", node.lineno, words, {id(node.value): new})
+
+
+def _renumbered(node: ast.expr, turn: Mapping[str, str], variables: Mapping[str, Any]) -> ast.expr:
+    """An expression with digits exchanged in names and indices, where there are such names."""
+
+    def change(inner: ast.AST) -> ast.AST | None:
+        if isinstance(inner, ast.Name):
+            other = "".join(turn.get(c, c) for c in inner.id)
+            return name(other) if other in variables else None
+        if isinstance(inner, ast.Constant) and type(inner.value) is int and str(inner.value) in turn:
+            return ast.Constant(int(turn[str(inner.value)]))
+        return None
+
+    return replaced(node, change)
+
+
+def _loop(node: ast.For) -> Iterator[Repair]:
+    """A loop over other numbers."""
+    over = node.iter
+    if isinstance(over, ast.Call) and over.args and isinstance(over.args[0], ast.Call):
+        over = over.args[0]  # ti.static(range(...))
+    if not isinstance(over, ast.Call) or function_of(over) != "range":
+        return
+    limits = [getattr(a, "value", None) for a in over.args]
+    first, last = [0, *limits] if len(limits) == 1 else limits[:2]
+    for start, end in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
+        if (first, last) == (start, end):
+            continue
+        new = function("range", ast.Constant(start), ast.Constant(end))
+        words = f"{_told(first, last, start, end)}: {code(over)}"
+        changed: dict[int, ast.AST] = {id(over): new, id(node.iter): new}
+        yield Repair("loop", f"{start},{end}", node.lineno, words, changed)
+
+
+def _told(first: Any, last: Any, start: int, end: int) -> str:
+    """What is wrong with a loop from `first` to `last`, if it should go from `start` to `end`."""
+    if first == start:
+        if last is None:
+            return "the loop ends too early, some terms are missing"
+        if last > end:
+            return "the loop ends too late, the last index is one too many"
+        left = " and ".join(map(str, range(last, end)))
+        return f"the loop ends too early, the last index ({left}) is missing"
+    if last == end:
+        late = first is None or first > start
+        return f"the loop begins too {'late, the first terms are missing' if late else 'early'}"
+    return "the loop runs over other numbers than it should"
