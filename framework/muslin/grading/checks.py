@@ -129,7 +129,9 @@ class Verdict:
 _STATUS = {"": PASSED, "stub": NOT_IMPLEMENTED}
 
 
-def judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, notes: Sequence[str] = ()) -> None:
+def judge_public(
+    table: Assignment, verdict: Verdict, outcome: Outcome, notes: Sequence[str] = (), text: str = ""
+) -> None:
     """Form and public cases, added to a verdict with everything there is to say about them.
 
     Parameters
@@ -139,8 +141,10 @@ def judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, notes: S
     outcome : Outcome
     notes : sequence of str
         What a reader notices in the function's text; told where an answer is wrong.
+    text : str
+        The student's file, in which the mistake is looked for; it is read, and never run.
     """
-    _judge_public(table, verdict, outcome)
+    _judge_public(table, verdict, outcome, text)
     last = verdict.checks[-1]
     if notes and last.status == FAILED and not outcome.kind:
         verdict.checks[-1] = replace(
@@ -148,7 +152,7 @@ def judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, notes: S
         )
 
 
-def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome) -> None:
+def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, source: str) -> None:
     task, verdict.printed = verdict.task, outcome.printed
     if outcome.kind:
         verdict.status = _STATUS.get(outcome.kind, ERROR)
@@ -158,12 +162,14 @@ def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome) -> None
     inputs, expected = reference.cases(table.name, task.name)
     fault = reference.form(task, outcome.results, expected, inputs)
     if fault is not None:
-        verdict.add(_told("form", "form", fault, task, table, outcome.results, expected, inputs))
+        verdict.add(_told("form", "form", fault, task, table, outcome.results, expected, inputs, source))
         return
     verdict.add(Check("form", "form", PASSED, "The shape, type and finiteness of the results are right."))
     terms = judge(table.name, task.name).terms
     compared = reference.compare(task, outcome.results, expected, inputs, terms=terms)
-    verdict.add(_told("public cases", "public", compared, task, table, outcome.results, expected, inputs))
+    verdict.add(
+        _told("public cases", "public", compared, task, table, outcome.results, expected, inputs, source)
+    )
 
 
 def _told(
@@ -175,6 +181,7 @@ def _told(
     got: tuple[np.ndarray, ...],
     expected: tuple[np.ndarray, ...],
     inputs: Arrays,
+    source: str,
 ) -> Check:
     """A check on public cases: all of it is told, and what it looks like."""
     error = found.error if found.error is not None and np.isfinite(found.error) else None
@@ -182,7 +189,7 @@ def _told(
         return Check(name, layer, PASSED, found.message, found.case, error)
     likely = None
     if len(got) == len(expected) and all(a.shape == b.shape for a, b in zip(got, expected, strict=True)):
-        likely = diagnosis.diagnose(task, got, expected, inputs, table.name)
+        likely = diagnosis.diagnose(task, got, expected, inputs, table.name, source)
     advice = f"Read section {task.section} of the handout again, or ask for a hint."
     return Check(
         name, layer, FAILED, found.message, found.case, error,

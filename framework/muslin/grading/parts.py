@@ -13,12 +13,14 @@ import numpy as np
 
 from muslin import reading
 from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.grading import wire
 from muslin.grading.checks import Outcome
 from muslin.grading.kernels import sound
 from muslin.grading.patience import Patience
 from muslin.grading.sandbox import Crashed, Sandbox, Worker
 from muslin.grading.submission import Handed
+from muslin.reading import source
 from muslin.tasks import MANIFEST, Assignment, Task
 
 #: Compiled kernels, by name of the file.
@@ -115,6 +117,14 @@ class Part:
         elif not self._loaded:  # so it never will be
             self._broken = trouble
         return trouble
+
+    @property
+    def text(self) -> str:
+        """The file as text; empty if it is none."""
+        try:
+            return source.decoded(self._files.get(self.file, b""))
+        except MuslinError:
+            return ""
 
     def forgive(self) -> None:
         """Let a file that could not be loaded try once more."""

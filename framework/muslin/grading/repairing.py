@@ -22,8 +22,14 @@ from muslin.reading.page import used
 from muslin.reading.repairs import Changes, Repair
 from muslin.reading.source import Source
 
-#: Most changes that are looked at, and most that are worked out to the end.
-LOOKED, TRIED = 6000, 1200
+#: Most changes that are looked at; most that are worked out to the end, for all entries and for one of them alone.
+LOOKED, TRIED, TRIED_APART = 6000, 600, 200
+
+#: Most steps taken for one function: they bound the time, whatever the text is.
+SPENT = 400_000
+
+#: Longest text that is read, longest line, deepest brackets and indentation [characters].
+LONGEST, WIDEST, DEEPEST, INDENTED = 30_000, 2_000, 40, 80
 
 #: Most entries of the results that are wrong where several slips are looked for.
 PARTS = 4
@@ -112,6 +118,8 @@ class Search:
         scales: Sequence[np.ndarray],
         place: Callable[[np.ndarray], str],
     ) -> None:
+        if not _ordinary(text):
+            raise Unclear
         functions = {key: function.node for key, function in Source(text).functions.items()}
         if name not in functions:
             raise Unclear
@@ -148,7 +156,7 @@ class Search:
                     return replace(change, place=self._place(change))
             except IMPOSSIBLE:
                 continue
-            if self._tried > TRIED:
+            if self._tried > (TRIED if self.asked.all() else TRIED_APART) or self.meaning.spent > SPENT:
                 break
         return None
 
@@ -288,6 +296,20 @@ class Search:
         needed = np.where(self.usable[:, None] & self.asked, self.lacking, 0.0)
         best = np.einsum("bpm,bm->bp", np.linalg.pinv(asked, rcond=1e-9), needed)
         return Slope(flat, rows) if self._near(np.einsum("bmp,bp->bm", asked, best)) else False
+
+
+def _ordinary(text: str) -> bool:
+    """Whether a text is of a size that people write: a parser may be brought down by others."""
+    if len(text) > LONGEST:
+        return False
+    depth = deepest = 0
+    for character in text:
+        depth += (character in "([{") - (character in ")]}")
+        deepest = max(deepest, depth)
+    lines = text.splitlines()
+    widest = max(map(len, lines), default=0)
+    indented = max((len(line) - len(line.lstrip()) for line in lines), default=0)
+    return deepest <= DEEPEST and widest <= WIDEST and indented <= INDENTED
 
 
 def _bent(function: ast.FunctionDef) -> set[int]:

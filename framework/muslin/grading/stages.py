@@ -95,7 +95,8 @@ class Stages:
         def judge(verdict: Verdict, outcome: Outcome | None) -> None:
             assert outcome is not None
             part = home[verdict.task.name]
-            checks.judge_public(self._table, verdict, outcome, part.notes.get(verdict.task.name, ()))
+            notes = part.notes.get(verdict.task.name, ())
+            checks.judge_public(self._table, verdict, outcome, notes, part.text)
             self._tick(verdict.task.name)
 
         self._asked("form", ask, judge)

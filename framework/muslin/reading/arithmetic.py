@@ -12,6 +12,9 @@ from typing import Any
 
 import numpy as np
 
+#: Largest whole number that all cases share.
+LARGEST = 2**31
+
 
 class Unclear(Exception):
     """The text holds something that is not understood here."""
@@ -89,11 +92,16 @@ COMPARE: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
 
 def combined(op: ast.operator, a: Any, b: Any) -> Any:
     """Two values under an operator."""
+    if isinstance(a, (list, tuple)) or isinstance(b, (list, tuple)):
+        raise Unclear
     if isinstance(op, ast.MatMult):
         return _product(a, b)
     if type(op) not in _BINARY:
         raise Unclear
-    return _BINARY[type(op)](*aligned(a, b))
+    made = _BINARY[type(op)](*aligned(a, b))
+    if isinstance(made, int) and abs(made) > LARGEST:
+        raise Unclear
+    return made
 
 
 def vector(value: Any) -> np.ndarray:

@@ -13,6 +13,7 @@ import numpy as np
 from muslin.reading.arithmetic import (
     COMPARE,
     ELEMENTWISE,
+    LARGEST,
     METHODS,
     Unclear,
     aligned,
@@ -64,7 +65,10 @@ def _fixed(meaning: Meaning, node: Fixed, env: Env) -> Any:
 
 
 def _constant(meaning: Meaning, node: ast.Constant, env: Env) -> Any:
-    if not isinstance(node.value, (bool, int, float)) or abs(node.value) > 1e300:
+    value = node.value
+    if not isinstance(value, (bool, int, float)) or abs(value) > (
+        LARGEST if isinstance(value, int) else 1e300
+    ):
         raise Unclear
     return node.value
 

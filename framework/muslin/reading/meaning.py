@@ -24,8 +24,8 @@ from muslin.reading.expressions import PASSES, READERS, Fixed, function_of, inde
 
 __all__ = ["METHODS", "Fixed", "Meaning", "Same", "Unclear"]
 
-#: Nodes of a text that is read; steps of one run; calls within calls.
-NODES, STEPS, DEPTH = 1200, 6000, 6
+#: Nodes of a text that is read; its variables; steps of one run; calls within calls.
+NODES, VARIABLES, STEPS, DEPTH = 1200, 40, 6000, 6
 
 Names = frozenset[str]
 
@@ -63,6 +63,8 @@ class Meaning:
         Shape of each variable.
     seen : dict, optional
         Where values are noted that are worked out, by the node's id.
+    spent : int
+        Steps taken so far.
     here : dict
         Variables where a node is worked out, by the node's id; of nodes that are worked out once.
 
@@ -95,21 +97,24 @@ class Meaning:
         self._alive: list[ast.AST] = []  # what ids stand for
         self._again: set[int] = set()  # worked out more than once
         self._over: Mapping[int, ast.AST] = {}
+        self._same: dict[int, int] = {}  # which node an alias stands for
+        self._inner: frozenset[int] | None = None  # what stood in the node that is replaced
         self._dirty: set[str] = set()
-        self._steps, self._recording = 0, True
+        self._steps, self._recording, self.spent = 0, True, 0
         self._first = True
         self._depth = 0
         env = dict(self.inputs)
         self.variables.update({key: form(value) for key, value in env.items()})
         self.results = self._results(self._body_of_the_function(env, 0))
         self._recording = self._first = False
+        if len(self.variables) > VARIABLES:
+            raise Unclear
 
     def alias(self, node: Any) -> Any:
         """The same node under another id, to stand inside of what replaces it."""
         other = copy.copy(node)
         self._alive.append(other)
-        if id(node) in self.values:
-            self.values[id(other)] = self.values[id(node)]
+        self._same[id(other)] = id(node)
         return other
 
     def otherwise(self, changes: Mapping[int, ast.AST]) -> tuple[Any, ...]:
@@ -146,7 +151,15 @@ class Meaning:
         env = self.here.get(id(node))
         if env is None:
             raise Unclear
-        return self.value(new, env)
+        return self._instead(node, new, env)
+
+    def _instead(self, node: ast.AST, new: ast.AST, env: dict[str, Any]) -> Any:
+        """What replaces a node; only what has stood in it is known here, for variables change from line to line."""
+        before, self._inner = self._inner, self._inside(node)
+        try:
+            return self.value(new, env)
+        finally:
+            self._inner = before
 
     # -- statements
 
@@ -206,10 +219,7 @@ class Meaning:
             return self._if(statement, env)
         elif isinstance(statement, ast.For):
             return self._for(statement, env)
-        elif not (
-            isinstance(statement, (ast.Pass, ast.Assert))
-            or (isinstance(statement, ast.Expr) and isinstance(statement.value, (ast.Constant, ast.Call)))
-        ):
+        elif not (isinstance(statement, (ast.Pass, ast.Assert)) or _silent(statement)):
             raise Unclear
         return None
 
@@ -328,15 +338,18 @@ class Meaning:
             over, single = self._over, len(self._over) == 1
             self._over = {k: new for k, new in over.items() if k != key}  # what replaces it may hold it
             try:
-                new = self.value(over[key], env)
+                new = self._instead(node, over[key], env)
             finally:
                 self._over = over
             if single and key in self.values and _equal(new, self.values[key]):
                 raise Same
             self._see(key, new)
             return new
-        if not self._recording and key in self.values and self._clean(node):
-            return self.values[key]
+        if not self._recording:
+            known = self._same.get(key, key)
+            here = self._inner is None or known in self._inner
+            if here and known in self.values and self._clean(node):
+                return self.values[known]
         self._step()
         reader = READERS.get(type(node))
         if reader is None:
@@ -385,6 +398,7 @@ class Meaning:
 
     def _step(self) -> None:
         self._steps += 1
+        self.spent += 1
         if self._steps > STEPS:
             raise Unclear
 
@@ -437,3 +451,11 @@ def _equal(a: Any, b: Any) -> bool:
     if isinstance(a, (list, tuple)) or isinstance(b, (list, tuple)):
         return False
     return np.shape(a) == np.shape(b) and bool(np.array_equal(a, b))
+
+
+def _silent(statement: ast.stmt) -> bool:
+    """Whether a statement changes nothing: a docstring, a print."""
+    if not isinstance(statement, ast.Expr):
+        return False
+    value = statement.value
+    return isinstance(value, ast.Constant) or (isinstance(value, ast.Call) and function_of(value) == "print")

@@ -908,7 +908,7 @@ def dpsi_dF__loops(U, dpsi_ds, V):
 
 def dpsi_dF__entries(U, dpsi_ds, V):
     p = dpsi_ds  # the stresses
-    S = ti.Matrix([[p[0], 0.0, 0.0], [0.0, p[1], 0.0], [0.0, 0.0, p[2]]])  # the diagonal matrix of dpsi_ds, in the middle
+    S = ti.Matrix([[p[0], 0.0, 0.0], [0.0, p[1], 0.0], [0.0, 0.0, p[2]]])  # the diagonal matrix of dpsi_ds
     return U @ S @ V.transpose()  # the product of three matrices
 
 

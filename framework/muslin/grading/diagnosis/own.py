@@ -20,9 +20,9 @@ ALIKE: Mapping[str, tuple[str, ...]] = {
     "factors exchanged": ("order",),
     "exchanged": ("name", "index", "order"),
     "transposed": ("transposed", "order"),
-    "name": ("name", "another", "index", "lacks term"),
+    "name": ("name", "another", "index"),
     "index": ("index", "name", "another", "order"),
-    "lacks": ("lacks factor", "lacks term", "name", "another"),
+    "lacks": ("lacks factor", "lacks term", "another"),
     "number": ("number", "lacks factor", "extra", "name"),
     "power": ("power", "extra", "operation", "number"),
     "length": ("length", "operation"),
@@ -37,7 +37,7 @@ ALIKE: Mapping[str, tuple[str, ...]] = {
     "branches": ("condition", "index", "number", "name"),
     "guard": ("condition", "number", "length"),
     "extra": ("extra", "number", "operation", "lacks factor"),
-    "another": ("another", "name", "index", "lacks term", "lacks factor", "extra"),
+    "another": ("another", "name", "index", "extra"),
 }
 
 ADVICE = "Hold that line against the formula. With this one thing changed, all public cases agree."

@@ -53,7 +53,7 @@ class Changes:
             and not isinstance(node, (ast.Compare, ast.BoolOp))
             and possible(node)
         ]
-        for made in (missing.factors, missing.addends, missing.others):
+        for made in (missing.factors, missing.addends, missing.others, missing.counterparts):
             for node in nodes:
                 for kind, detail, words, new in made(scope, node, scope.form(node) or ()):
                     yield Repair(kind, detail, node.lineno, words, {id(node): new})

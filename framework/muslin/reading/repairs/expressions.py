@@ -22,7 +22,6 @@ from muslin.reading.repairs.pieces import (
     name,
     number,
     ratio,
-    text_of,
 )
 from muslin.reading.repairs.scope import Scope
 
@@ -108,12 +107,6 @@ def _names(scope: Scope, node: ast.Name, form: Form | None) -> Found:
         for k in (0, 1):
             words = f"{node.id} stands in place of the number {k}{here}"
             yield "condition", f"{node.id}->{k}", words, ast.Constant(k)
-    given = scope.defined.get(node.id)
-    for variant in scope.variants(given) if given is not None else ():
-        words = (
-            f"{scope.said(node.id)} stands{here} where its counterpart, with another name or index, belongs"
-        )
-        yield "another", f"{node.id}->>{text_of(variant)}", words, variant
 
 
 def _constants(scope: Scope, node: ast.Constant) -> Found:

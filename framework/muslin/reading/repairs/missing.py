@@ -159,3 +159,11 @@ def _products(scope: Scope, form: Form) -> Iterator[tuple[str, ast.expr]]:
             )
         for a, b in itertools.permutations(scope.vectors, 2):
             yield f"the cross product of {a} and {b}", method(name(a), "cross", name(b))
+
+
+def counterparts(scope: Scope, node: ast.expr, form: Form) -> Found:
+    """What a variable would be with another name or index in its definition."""
+    given = scope.defined.get(node.id) if isinstance(node, ast.Name) else None
+    for variant in scope.variants(given) if given is not None else ():
+        words = f"{code(node)}{scope.context(node)} stands where its counterpart, with another name or index, belongs"
+        yield "another", f"{text_of(node)}->>{text_of(variant)}", words, variant
