@@ -33,7 +33,7 @@ import muslin
 from muslin import tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.grading import checks, sandbox, simulating, views
+from muslin.grading import checks, fork_server, sandbox, simulating, views
 from muslin.grading.record import Record
 from muslin.judging import reference
 
@@ -137,8 +137,8 @@ class Attack:
     def __init__(self, folder: Path, monkeypatch: pytest.MonkeyPatch, honest_records: dict):
         self._folder, self._honest = folder, honest_records
         self.token = secrets.token_hex(8)
-        marked = {**sandbox._ENVIRONMENT, "MUSLIN_ATTACK": self.token}
-        monkeypatch.setattr(sandbox, "_ENVIRONMENT", marked)
+        marked = {**fork_server.ENVIRONMENT, "MUSLIN_ATTACK": self.token}
+        monkeypatch.setattr(fork_server, "ENVIRONMENT", marked)
 
     def __call__(
         self,
@@ -224,7 +224,7 @@ def _count(path: str, text: str) -> int:
 
 
 def processes(token: str) -> list[int]:
-    """Processes descended from a nursery of the test with this token, and dead ones nobody waited for."""
+    """Processes descended from a fork server of the test with this token, and dead ones nobody waited for."""
     found = []
     for entry in filter(str.isdigit, _list("/proc")):
         try:

@@ -1,6 +1,6 @@
-"""Beyond the table: the nursery, or the grader itself, is killed or interrupted in the middle.
+"""Beyond the table: the fork server, or the grader itself, is killed or interrupted in the middle.
 
-Defence: a nursery that dies costs nobody: its workers' questions are asked again, of workers with a nursery of
+Defence: a fork server that dies costs nobody: its workers' questions are asked again, of workers with a fork server of
 their own. A grader that dies takes all processes along; one that is interrupted stops at once and tidies up.
 """
 
@@ -18,20 +18,20 @@ from muslin.grading import sandbox
 HANGS = "import time\ntime.sleep(1e6)\n"
 GRADE = """
 import sys
-from muslin.grading import sandbox
+from muslin.grading import fork_server
 import muslin
-sandbox._ENVIRONMENT["MUSLIN_ATTACK"] = sys.argv[2]
+fork_server.ENVIRONMENT["MUSLIN_ATTACK"] = sys.argv[2]
 muslin.grade(sys.argv[1], deadline=60)
 """
 
 
-def test_a_nursery_that_dies_costs_no_verdict(attack, tmp_path, monkeypatch):
+def test_a_fork_server_that_dies_costs_no_verdict(attack, tmp_path, monkeypatch):
     ask, asked = sandbox.Worker._ask, []
 
     def killing(self, request, arrays, *rest):
         asked.append(request["do"])
         if asked.count("evaluate") == 2 and request["do"] == "evaluate":
-            self._nursery._process.kill()
+            self._server._process.kill()
         return ask(self, request, arrays, *rest)
 
     files = {TARGET: honest(), BYSTANDER: honest(BYSTANDER)}
@@ -51,7 +51,7 @@ def test_a_grader_that_dies_takes_all_along(attack, tmp_path, how):
     command = [sys.executable, "-c", GRADE, str(folder), attack.token]
     grader = subprocess.Popen(command, env=environment, stderr=subprocess.DEVNULL)
     until = time.monotonic() + 60
-    while len(processes(attack.token)) < 3 and time.monotonic() < until:  # nursery, two workers
+    while len(processes(attack.token)) < 3 and time.monotonic() < until:  # fork server, two workers
         time.sleep(0.1)
     time.sleep(1)
     began = time.monotonic()

@@ -1,12 +1,12 @@
 """Attack 2: a forked daemon, in a session of its own, outlives grading and rewrites the results.
 
-Defence: no process can be made (filter), all of a worker's process space dies with it (namespace), the nursery
+Defence: no process can be made (filter), all of a worker's process space dies with it (namespace), the fork server
 adopts and kills what is left (everywhere).
 """
 
 from attacking import TARGET, honest
 
-from muslin.grading import sandbox
+from muslin.grading import fork_server
 
 HOSTILE = """
 import os, time
@@ -39,7 +39,7 @@ def test_no_daemon_outlives_grading(attack, level):
 
 
 def test_without_the_filter_daemons_are_found_and_killed(attack, level, monkeypatch):
-    """As on macOS and old kernels, where the nursery alone must do it."""
-    monkeypatch.setattr(sandbox, "FILTERS", False)
+    """As on macOS and old kernels, where the fork server alone must do it."""
+    monkeypatch.setattr(fork_server, "FILTERS", False)
     only_here = HOSTILE.replace('("/tmp", "/dev/shm", "/var/tmp", ".")', '(".",)')  # elsewhere it could write
     attack({TARGET: only_here.replace("{token}", attack.token) + honest()}, level=level)

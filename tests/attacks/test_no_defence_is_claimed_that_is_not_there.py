@@ -6,7 +6,7 @@ system, and everything they alone gave is gone from the record.
 
 import os
 
-from muslin.grading import sandbox
+from muslin.grading import fork_server, sandbox
 
 BY_FILTERS = {"no other processes or programs", "nothing shared between workers", "memory limit"}
 BY_FILTERS_OR_A_SPACE = {"no network", "no signals to others", "solution and hidden data out of sight"}
@@ -27,7 +27,7 @@ def test_a_record_claims_what_a_worker_has_tried(level, monkeypatch):
     assert given >= ALWAYS
     assert ("own user" in given) == (level != "process" and os.geteuid() == 0)
     assert ("own process space" in given) == ("own disk" in given) == (level == "namespace")
-    monkeypatch.setattr(sandbox, "FILTERS", False)
+    monkeypatch.setattr(fork_server, "FILTERS", False)
     bare, _ = _given(level)
     assert bare >= ALWAYS
     assert not bare & BY_FILTERS

@@ -13,7 +13,7 @@ from attacking import BYSTANDER, TARGET, honest, needs, write
 
 import muslin
 from muslin.classes.run import grade_class
-from muslin.grading import sandbox
+from muslin.grading import hiding
 
 SPY = """
 import os
@@ -70,10 +70,10 @@ def test_python_itself_is_never_hidden(monkeypatch):
     package = Path(muslin.__file__).parent
     view = [Path(sys.prefix), package]
     for above in (*package.parents, *Path(sys.prefix).parents, package):
-        assert not any(path.is_relative_to(part) for part in sandbox._hideable(above, view) for path in view)
+        assert not any(path.is_relative_to(part) for part in hiding.hideable(above, view) for path in view)
     inside = package / "grading"
-    assert list(sandbox._hideable(inside, view)) == [inside]
-    assert list(sandbox._hideable(package.parent, [*view, package / "mesh"])) == []
-    parts = list(sandbox._hideable(inside, [*view, inside / "views"]))
+    assert list(hiding.hideable(inside, view)) == [inside]
+    assert list(hiding.hideable(package.parent, [*view, package / "mesh"])) == []
+    parts = list(hiding.hideable(inside, [*view, inside / "views"]))
     assert inside / "sandbox.py" in parts
     assert inside / "views" not in parts

@@ -1,6 +1,6 @@
 """What the operating system does to keep a worker in: namespaces, users, limits. Elsewhere, limits only.
 
-Runs in the worker's side only, before any student code: `enclose` once in the nursery, from which workers are
+Runs in the worker's side only, before any student code: `enclose` once in the fork server, from which workers are
 forked, `confine` in every worker. Nothing here is heavy to import. There is no library for this that comes as a
 wheel; the calls are those of unshare(1), mount(8), pivot_root(8) and setpriv(1). What the kernel refuses besides is
 in `filters`.

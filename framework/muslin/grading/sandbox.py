@@ -1,4 +1,4 @@
-"""The grader's side of the sandbox: start a nursery, ask workers, kill them on time.
+"""The grader's side of the sandbox: start a fork server, ask workers, kill them on time.
 
 Three levels, the strongest that the system can give is taken:
 
@@ -11,16 +11,11 @@ Three levels, the strongest that the system can give is taken:
 
 from __future__ import annotations
 
-import importlib.util
-import json
 import os
-import random
 import secrets
 import signal
 import socket
-import subprocess
 import sys
-import tempfile
 import threading
 import time
 from collections.abc import Iterator, Mapping, Sequence
@@ -30,9 +25,10 @@ from typing import Any
 
 import numpy as np
 
-from muslin.base import engine, paths, scratch
+from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.grading import wire
+from muslin.grading import hiding, wire
+from muslin.grading.fork_server import STARTING, ForkServer, NotGiven
 from muslin.grading.patience import Patience
 from muslin.grading.record import Safety
 
@@ -42,14 +38,6 @@ LEVELS = ("namespace", "uid", "process")
 LONGEST_OUTPUT = 20_000
 #: What it may say of an error [characters].
 LONGEST_TEXT = 4_000
-#: How long the nursery and a worker may take to start, on the slowest machine [s].
-STARTING = 180.0
-
-#: Users of the uid level, and of namespaces made by root: nobody's, a block for each grading.
-_FIRST_USER, _LAST_USER, _USERS = 61_200, 65_000, 60
-
-#: Whether the kernel's filters are used; tests switch them off, to be on an older system.
-FILTERS = True
 
 
 class Crashed(Exception):
@@ -58,6 +46,10 @@ class Crashed(Exception):
     def __init__(self, status: int):
         super().__init__(status)
         self.status = status
+
+
+class _Orphaned(Exception):
+    """The worker has ended because its fork server has."""
 
 
 class Worker:
@@ -76,7 +68,7 @@ class Worker:
         self._begin()
 
     def _begin(self) -> None:
-        """Have a nursery fork the process, and wait until it is ready."""
+        """Have a fork server fork the process, and wait until it is ready."""
         ours, theirs = socket.socketpair()
         reads, writes = os.pipe()
         self.status: int | None = None
@@ -84,7 +76,7 @@ class Worker:
         self._reader = threading.Thread(target=self._listen, args=(reads,), daemon=True)
         self._reader.start()
         try:
-            self._nursery, self._number, self._process = self._sandbox.spawn(
+            self._server, self._number, self._process = self._sandbox.spawn(
                 self._wish, theirs.fileno(), writes
             )
         except BaseException:
@@ -97,10 +89,10 @@ class Worker:
         try:
             self.about, _ = wire.receive(ours, Patience(STARTING), {})
         except (wire.Gone, wire.TooLate, wire.Garbled):
-            why = self._nursery.last_error()
+            why = self._server.last_error()
             self.close()
             why = self.printed().strip() or why
-            raise _NotGiven(f"a worker did not start. {why}".strip()) from None
+            raise NotGiven(f"a worker did not start. {why}".strip()) from None
 
     def _listen(self, printed: int) -> None:
         with open(printed, "rb", buffering=0) as stream, suppress(OSError):
@@ -119,8 +111,8 @@ class Worker:
     ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """Send a request and wait for its answer.
 
-        If its nursery ends, which takes all workers along, who did it cannot be said. The request is made
-        once more, to a worker with a nursery of its own.
+        If its fork server ends, which takes all workers along, who did it cannot be said. The request is made
+        once more, to a worker with a fork server of its own.
 
         Parameters
         ----------
@@ -153,7 +145,7 @@ class Worker:
             if self._load is not None and request["do"] != "load":
                 self._ask(*self._load, Patience(STARTING), {})
             return self._ask(request, arrays, patience, expected)
-        except (_Orphaned, _NotGiven):
+        except (_Orphaned, NotGiven):
             raise Crashed(-signal.SIGKILL) from None
 
     def _ask(
@@ -174,7 +166,7 @@ class Worker:
             return _shortened(header), results
         except wire.Gone:
             self.close()
-            if self.status is None or self._nursery.ended:
+            if self.status is None or self._server.ended:
                 raise _Orphaned from None
             raise Crashed(self.status) from None
         except (wire.TooLate, wire.Garbled):
@@ -185,7 +177,7 @@ class Worker:
 
     def _signal(self, number: int) -> None:
         """Send it a signal, if nobody has waited for it yet: until then its number is its own."""
-        if self.status is None and not self._nursery.ended:
+        if self.status is None and not self._server.ended:
             with suppress(OSError):
                 os.kill(self._process, number)
 
@@ -203,7 +195,7 @@ class Worker:
     def close(self) -> None:
         """Kill it and everything it has started."""
         if self.status is None:
-            self.status = self._nursery.end(self._number)
+            self.status = self._server.end(self._number)
             self._channel.close()
             self._reader.join(timeout=5)
 
@@ -251,7 +243,7 @@ class Sandbox:
         self.asked, self._secrets = safety, [path.resolve() for path in secrets]
         self._lock = threading.Lock()
         self._count = 0
-        self._nurseries: list[_Nursery] = []
+        self._servers: list[ForkServer] = []
         self._closed = self._one_has_ended = False
 
     def __enter__(self) -> Sandbox:
@@ -261,7 +253,7 @@ class Sandbox:
             try:
                 self.safety = self._measured(level, reasons)
                 break
-            except (OSError, _NotGiven) as error:
+            except (OSError, NotGiven) as error:
                 self._stop()
                 reasons.append(f"{level}: {error}")
         else:
@@ -305,205 +297,31 @@ class Sandbox:
         """Start a worker; a `bare` one sees no more of Muslin than it needs to call one function."""
         return Worker(self, bare, debug)
 
-    def spawn(self, wish: Mapping[str, Any], channel: int, printed: int) -> tuple[_Nursery, int, int]:
-        """Have a nursery fork a worker; all share one, until one has ended of itself.
+    def spawn(self, wish: Mapping[str, Any], channel: int, printed: int) -> tuple[ForkServer, int, int]:
+        """Have a fork server fork a worker; all share one, until one has ended of itself.
 
-        The nursery, and the worker's number there and in the system.
+        The fork server, and the worker's number there and in the system.
         """
         with self._lock:
             if self._closed:
-                raise _NotGiven("grading has been stopped")
-            for nursery in list(self._nurseries):
-                if nursery.ended:
-                    nursery.stop()
-                    self._nurseries.remove(nursery)
+                raise NotGiven("grading has been stopped")
+            for server in list(self._servers):
+                if server.ended:
+                    server.stop()
+                    self._servers.remove(server)
                     self._one_has_ended = True
-            if not self._nurseries or self._one_has_ended:
+            if not self._servers or self._one_has_ended:
                 package = paths.PACKAGE
-                self._nurseries.append(_Nursery(self.level, [*self._secrets, *_answers(package)]))
+                self._servers.append(ForkServer(self.level, [*self._secrets, *hiding.answers(package)]))
             self._count += 1
-            nursery, number = self._nurseries[-1], self._count
+            server, number = self._servers[-1], self._count
         try:
-            answer = nursery.request({**wish, "spawn": number}, (channel, printed))
+            answer = server.request({**wish, "spawn": number}, (channel, printed))
         except (OSError, ValueError) as error:
-            raise _NotGiven(f"no worker could be started ({error})") from None
-        return nursery, number, int(answer["spawned"])
+            raise NotGiven(f"no worker could be started ({error})") from None
+        return server, number, int(answer["spawned"])
 
     def _stop(self) -> None:
-        for nursery in self._nurseries:
-            nursery.stop()
-        self._nurseries.clear()
-
-
-class _Nursery:
-    """The process that forks workers, and the channel to it.
-
-    Parameters
-    ----------
-    level : str
-    hidden : sequence of Path
-        What no worker may read.
-    """
-
-    def __init__(self, level: str, hidden: Sequence[Path]):
-        root = hasattr(os, "geteuid") and os.geteuid() == 0
-        if level == "uid" and not root:
-            raise _NotGiven("only root can change to another user")
-        package = paths.PACKAGE
-        libraries = _libraries()
-        view = _view(package, libraries)
-        self._lock = threading.Lock()
-        self._users = _claim_users() if root and level != "process" else None
-        self._folder = scratch.Scratch(scratch.GRADING)
-        self._scratch = self._folder.path
-        os.chmod(self._scratch, 0o711)  # each worker's own folder inside is its own user's
-        self._errors = tempfile.TemporaryFile(dir=self._scratch)  # noqa: SIM115
-        config = {
-            "level": level,
-            "scratch": self._scratch,
-            "user": self._users[0] if self._users else None,
-            "users": _USERS,
-            "view": view,
-            "libraries": libraries,
-            "filters": FILTERS,
-            "hidden": [str(part) for path in hidden for part in _hideable(path, [*map(Path, view)])],
-        }
-        self._control, theirs = socket.socketpair()
-        self._control.settimeout(STARTING)
-        code = (
-            f"import sys; sys.path.insert(0, {str(package.parent)!r}); "
-            f"from muslin.grading.worker import nursery; nursery({theirs.fileno()})"
-        )
-        self._process = subprocess.Popen(
-            [sys.executable, "-I", "-B", "-c", code],
-            env=_ENVIRONMENT
-            | {"HOME": self._scratch, "TMPDIR": self._scratch, engine.VARIABLE: engine.chosen().name},
-            cwd="/",
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=self._errors,
-            pass_fds=[theirs.fileno()],
-            start_new_session=True,
-        )
-        theirs.close()
-        try:
-            self.request(config)
-        except BaseException:
-            self.stop()
-            raise
-        if level == "namespace":  # it has a root of its own by now, and if we were killed this would stay
-            self._folder.close()
-
-    def request(self, what: Mapping[str, Any], descriptors: Sequence[int] = ()) -> dict[str, Any]:
-        """Ask the nursery; what it answers."""
-        line = json.dumps(what).encode() + b"\n"
-        with self._lock:
-            if descriptors:
-                socket.send_fds(self._control, [line], descriptors)
-            else:
-                self._control.sendall(line)
-            data = b""
-            while not data.endswith(b"\n"):
-                piece = self._control.recv(4096)
-                if not piece:
-                    raise _NotGiven(self.last_error())
-                data += piece
-        return dict(json.loads(data))
-
-    @property
-    def ended(self) -> bool:
-        """Whether it has ended, and all its workers with it."""
-        return self._process.poll() is not None
-
-    def end(self, number: int) -> int:
-        """Kill a worker; how it ended."""
-        try:
-            return int(self.request({"end": number})["ended"])
-        except (OSError, ValueError, _NotGiven):
-            self.stop()  # it was killed, or hangs
-            return -signal.SIGKILL
-
-    def last_error(self) -> str:
-        """The last line it has complained with."""
-        with suppress(OSError, ValueError, IndexError):
-            self._errors.seek(0)
-            return self._errors.read().decode(errors="replace").strip().splitlines()[-1][:300]
-        return "it ended"
-
-    def stop(self) -> None:
-        """End it, its workers and what they have left behind."""
-        with suppress(OSError):
-            self._control.close()
-        try:
-            self._process.wait(timeout=5)
-        except subprocess.TimeoutExpired:
-            self._process.kill()
-            self._process.wait()
-        self._errors.close()
-        if self._users:
-            self._users[1].close()
-        self._folder.close()
-
-
-class _NotGiven(MuslinError):
-    """The system does not give what a level needs."""
-
-
-class _Orphaned(Exception):
-    """The worker has ended because its nursery has."""
-
-
-def _claim_users() -> tuple[int, socket.socket]:
-    """The first of a block of users that no other grading has now; ours until the socket is closed."""
-    blocks = list(range(_FIRST_USER, _LAST_USER, _USERS))
-    random.SystemRandom().shuffle(blocks)
-    for first in blocks:
-        claim = socket.socket(socket.AF_UNIX)
-        try:
-            claim.bind(f"\0muslin-grading-users-{first}")
-            return first, claim
-        except OSError:
-            claim.close()
-    raise _NotGiven("too many gradings run at once")
-
-
-#: The whole environment of nursery and workers: nothing of the grader's own.
-_ENVIRONMENT = {
-    "PATH": "/usr/bin:/bin",
-    "LANG": "C.UTF-8",
-    "PYTHONDONTWRITEBYTECODE": "1",
-    "OMP_NUM_THREADS": "1",
-    "OPENBLAS_NUM_THREADS": "1",
-    "MUSLIN_THREADS": "1",
-}
-
-
-def _libraries() -> list[str]:
-    """Folders the packages that workers import lie in."""
-    found = (importlib.util.find_spec(name) for name in ("numpy", "scipy", engine.chosen().name, "tomli"))
-    origins = {Path(spec.origin).resolve().parent.parent for spec in found if spec and spec.origin}
-    return sorted(map(str, origins))
-
-
-def _view(package: Path, libraries: Sequence[str]) -> list[str]:
-    """What a worker needs to see: the system's libraries, this Python, this package."""
-    system = ("/usr", "/lib", "/lib64", "/bin", "/etc/ld.so.cache", "/etc/ld.so.conf", "/etc/ld.so.conf.d")
-    return sorted({*system, sys.prefix, sys.base_prefix, str(package), *libraries})
-
-
-def _hideable(secret: Path, view: Sequence[Path]) -> Iterator[Path]:
-    """What there is to hide of a folder: not Python or Muslin, should they lie in it."""
-    real = [path.resolve() for path in view]
-    if secret in real:
-        return
-    if not any(path.is_relative_to(secret) for path in real):
-        yield secret
-        return
-    for part in sorted(secret.iterdir()):
-        if any(part.is_relative_to(path) or path.is_relative_to(part) for path in real):
-            yield from _hideable(part, view)
-
-
-def _answers(package: Path) -> list[Path]:
-    """Where answers can be read off or computed: what assignments say of themselves, and the code that makes data."""
-    return [*paths.secrets(), package / "authoring", package / "judging"]
+        for server in self._servers:
+            server.stop()
+        self._servers.clear()

@@ -1,8 +1,8 @@
-"""The other side of the sandbox: the nursery that forks workers, and the workers that run a submission.
+"""The other side of the sandbox: the fork server that forks workers, and the workers that run a submission.
 
-The grader starts one nursery per submission, `python -I` with an empty environment. It encloses itself, imports
+The grader starts one fork server per submission, `python -I` with an empty environment. It encloses itself, imports
 Taichi once, and forks a worker for every task file it is asked for. A worker receives the bytes of its files and
-input arrays, and answers with raw arrays; neither process is ever sent an expected value. The nursery runs no
+input arrays, and answers with raw arrays; neither process is ever sent an expected value. The fork server runs no
 student code.
 """
 
@@ -32,7 +32,7 @@ WATCHED = 0.5
 LONGEST_MESSAGE = 4000
 
 
-def nursery(control_number: int) -> None:
+def fork_server(control_number: int) -> None:
     """Serve the grader until it closes the control channel, or ends.
 
     The first line on the channel is the configuration. Requests are JSON lines: {"spawn": n} with two
@@ -84,7 +84,7 @@ def nursery(control_number: int) -> None:
 
 @dataclass(frozen=True)
 class _Child:
-    """A worker as its nursery knows it; `user` if it has one of its own, `home` if that is to be removed."""
+    """A worker as its fork server knows it; `user` if it has one of its own, `home` if that is to be removed."""
 
     pid: int
     user: int | None
