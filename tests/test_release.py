@@ -19,6 +19,8 @@ import pytest
 
 import muslin
 from muslin.authoring import release as authoring
+from muslin.authoring.leaks import answers
+from muslin.authoring.regions import regions
 from muslin.base import paths
 from muslin.base.errors import MuslinError, NotImplementedYet
 from muslin.tasks import Assignment, read_assignment
@@ -91,7 +93,7 @@ def test_no_solution_line_occurs_in_what_a_student_receives():
 
 
 def test_every_answer_is_looked_for():
-    found = authoring.answers(SOLUTION)
+    found = answers(SOLUTION)
     assert "F.transpose() @ F" in found
     assert "if d < 0:" in found
     assert len(found) > 60
@@ -247,7 +249,7 @@ def test_a_malformed_marker_is_refused_with_file_and_line(what, tmp_path, monkey
     body, line = BROKEN[what]
     lines = ("def f(x):\n" + body).splitlines()
     with pytest.raises(MuslinError, match=rf"^folder/file\.py, line {line}: .*{what}"):
-        authoring.regions(lines, Path("folder/file.py"))
+        regions(lines, Path("folder/file.py"))
 
 
 def test_a_task_without_a_region_is_refused(checkout):

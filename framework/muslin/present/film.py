@@ -218,7 +218,8 @@ def _film(order: dict[str, Any], heard: Callable[[], str], tell: Callable[..., A
         Takes messages as keywords.
     """
     from muslin import render
-    from muslin.present.pictures import Show, beside, energy_plot
+    from muslin.present.naming import beside
+    from muslin.present.pictures import Show, energy_plot
     from muslin.simulation.runs import RunFolder
 
     base, every = Path(order["base"]), order["every"]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import functools
-import os
 from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -21,12 +20,7 @@ from muslin.simulation.runs import RunFolder
 
 if TYPE_CHECKING:
     from muslin.export import Animation
-
-#: A film's file endings, and what else `render_run` can write.
-FILMS = ("mp4", "webp", "gif", "frames")
-
-#: Endings of films and pictures that Muslin does not write: no part of a name.
-OTHERS = ("mov", "avi", "mkv", "webm", "m4v", "apng", "jpg", "jpeg", "bmp", "tif", "tiff")
+from muslin.present.naming import beside, placed
 
 #: The cloth's back: a shade darker than its front, so that folds read as one cloth.
 BACK = "#a63d2b"
@@ -309,33 +303,6 @@ def _pictures(
     return written
 
 
-def placed(out: Path | str | None, film: str | None, run: RunFolder) -> tuple[Path, str | None]:
-    """Where pictures go, without an ending, and which film is made: None for none; see `render_run`.
-
-    Raises
-    ------
-    MuslinError
-        If there is no such format, or the ending of `out` says another one than `film`.
-    """
-    if film is not None and film not in (*FILMS, "none"):
-        raise MuslinError(f"There is no film format {film!r}.", choices(film, (*FILMS, "none")))
-    given = os.fspath(out) if out is not None else f"{run.folder}/"
-    base = Path(given)
-    if given.endswith(("/", os.sep)) or base.is_dir():
-        return base / run.scene.name, None if film == "none" else film or "mp4"
-    ending = base.suffix[1:].lower()
-    if ending in OTHERS:
-        raise MuslinError(
-            f"{base.name}: there are no files of the kind {ending}.", choices(ending, (*FILMS, "png"))
-        )
-    if ending in ("mp4", "webp", "gif", "png"):
-        meant = "none" if ending == "png" else ending
-        if film is not None and meant not in ("none", film):
-            raise MuslinError(f"{base.name} is no {film} file.", f"Leave out --to {film}, or the ending.")
-        base, film = base.with_suffix(""), film or meant
-    return base, None if film == "none" else film or "mp4"
-
-
 def energy_plot(run: RunFolder, base: Path) -> list[Path]:
     """Plot a run's energies beside `base`; returns the file, or nothing for a run of one row."""
     table = run.energies
@@ -390,11 +357,6 @@ def _some(count: int, most: int) -> np.ndarray:
 
 def _vec(v: np.ndarray) -> tuple[float, float, float]:
     return (float(v[0]), float(v[1]), float(v[2]))
-
-
-def beside(base: Path, ending: str) -> Path:
-    """The path `base` with an ending appended to its name."""
-    return base.with_name(base.name + ending)
 
 
 def shown(files: list[Path]) -> str:

@@ -13,7 +13,8 @@ Scene parameters and keys in, pictures out; nothing is written.
 
 from __future__ import annotations
 
+from muslin.viewer.actions import ACTIONS
 from muslin.viewer.opening import no_window, view
-from muslin.viewer.session import ACTIONS, Session, begin, faults
+from muslin.viewer.session import Session, begin, faults
 
 __all__ = ["ACTIONS", "Session", "begin", "faults", "no_window", "view"]

@@ -25,7 +25,8 @@ from muslin.export.animation import unit_normals
 from muslin.render import stage
 from muslin.render.materials import STRAIN_STOPS, srgb_bytes
 from muslin.viewer import scenery
-from muslin.viewer.session import ACTIONS, Action, Session
+from muslin.viewer.actions import ACTIONS, Action
+from muslin.viewer.session import Session
 
 FPS = 30
 

@@ -1,14 +1,12 @@
 """A session: a scene that goes on stepping while somebody pulls at it.  No window is needed to have one.
 
 Both faces (`window`, `browser`) call what is here and draw what `scenery` makes of it. Everything a person may
-do has one name, one key and one home: `ACTIONS`.
+do has one name, one key and one home: `actions.ACTIONS`.
 """
 
 from __future__ import annotations
 
-import time
-from collections import deque
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -25,6 +23,7 @@ from muslin.simulation.model import Model, Spring, State
 from muslin.simulation.scenes import Scene
 from muslin.simulation.simulating import build
 from muslin.tasks import Functions, failure_of, load
+from muslin.viewer.pace import Pace
 
 #: Parts of a simulation (keys of `muslin.physics.stand_ins.NEEDS`) that a session computes, and what to call them.
 PARTS: Mapping[str, str] = {
@@ -282,39 +281,6 @@ class Session:
         return lines
 
 
-@dataclass
-class Pace:
-    """Real time, as far as the machine keeps up: steps are never left out, the time they are late is."""
-
-    owed: float = 0.0
-    past: deque[tuple[float, float]] = field(default_factory=lambda: deque(maxlen=240))
-
-    def advance(self, session: Session, elapsed: float, budget: float) -> None:
-        """Take the steps that `elapsed` [s] asks for, until `budget` [s] are spent computing."""
-        if not session.playing:
-            self.owed = 0.0
-            self.past.clear()
-            return
-        began, dt, simulated = time.perf_counter(), session.scene.dt, 0.0
-        self.owed += elapsed
-        while self.owed >= dt and session.playing:
-            session.step()
-            self.owed -= dt
-            simulated += dt
-            if time.perf_counter() - began > budget:
-                self.owed = min(self.owed, dt)  # late: slow motion, rather than a lagging hand
-                break
-        self.past.append((elapsed, simulated))
-        while len(self.past) > 1 and sum(real for real, _ in self.past) > 2.0:
-            self.past.popleft()
-
-    @property
-    def factor(self) -> float | None:
-        """Simulated time per real time over the last two seconds; None before there is enough to say."""
-        real = sum(elapsed for elapsed, _ in self.past)
-        return sum(simulated for _, simulated in self.past) / real if real > 0.3 else None
-
-
 def begin(
     scene: str | Scene,
     functions: Functions | Path | str | None = None,
@@ -374,38 +340,3 @@ def faults(functions: Functions, parts: Iterable[str] = tuple(PARTS)) -> dict[st
         if not verdict.ok:
             found[verdict.task] = "cannot be run" if verdict.error is None else "is wrong"
     return {name: found[name] for name in wanted if name in found}
-
-
-@dataclass(frozen=True)
-class Action:
-    """Something to do: its key, its name on a button, what it does, and the switch it turns if it is one."""
-
-    key: str
-    name: str
-    do: Callable[[Session], None]
-    switch: str = ""
-
-
-def _switching(key: str, name: str, switch: str) -> Action:
-    return Action(key, name, lambda session: setattr(session, switch, not getattr(session, switch)), switch)
-
-
-def _one_step(session: Session) -> None:
-    session.playing = False
-    session.step()
-
-
-def _camera(session: Session) -> None:
-    session.camera_resets += 1
-
-
-#: All that keys and buttons do.
-ACTIONS: tuple[Action, ...] = (
-    _switching("space", "Play", "playing"),
-    Action("n", "Step", _one_step),
-    Action("r", "Reset", Session.reset),
-    Action("v", "Reset camera", _camera),
-    _switching("c", "Sphere", "sphere"),
-    _switching("s", "Strain colours", "strain"),
-    _switching("w", "Wireframe", "wireframe"),
-)

@@ -12,7 +12,8 @@ import numpy as np
 from muslin.base import runtime
 from muslin.render.materials import srgb, srgb_bytes
 from muslin.viewer import scenery
-from muslin.viewer.session import ACTIONS, Session
+from muslin.viewer.actions import ACTIONS
+from muslin.viewer.session import Session
 
 SIZE = (1280, 720)
 
