@@ -26,7 +26,7 @@ from muslin.reading.source import Source
 LOOKED, TRIED, TRIED_APART = 6000, 600, 200
 
 #: Most steps taken for one function: they bound the time, whatever the text is.
-SPENT = 400_000
+SPENT = 250_000
 
 #: Longest text that is read, longest line, deepest brackets and indentation [characters].
 LONGEST, WIDEST, DEEPEST, INDENTED = 30_000, 2_000, 40, 80

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from muslin.reading.meaning import Meaning
 
 #: Longest loop; most rows and columns of a matrix.
-PASSES, SIZE = 16, 12
+PASSES, SIZE = 128, 12
 
 #: Variables and their values.
 Env = dict[str, Any]

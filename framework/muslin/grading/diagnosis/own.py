@@ -16,8 +16,8 @@ BARE = (
 
 #: For each kind of slip in a right formula, the kinds of changes of a student's text that it may be.
 ALIKE: Mapping[str, tuple[str, ...]] = {
-    "sign": ("sign", "order"),
-    "factors exchanged": ("order",),
+    "sign": ("sign", "order", "turned"),
+    "factors exchanged": ("order", "turned"),
     "exchanged": ("name", "index", "order"),
     "transposed": ("transposed", "order"),
     "name": ("name", "another", "index"),

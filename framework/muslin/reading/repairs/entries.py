@@ -36,7 +36,7 @@ def changes(scope: Scope, node: Any) -> Found:
             yield "entries" if len(moved) > 2 else "order", f"{p}", words, made([entries[q] for q in p])
     if not rows:
         words = f"the signs of all entries are wrong in {here}"
-        yield "sign", "all entries", words, made([minus(scope.alias(e)) for e in entries])
+        yield "turned", "all entries", words, made([minus(scope.alias(e)) for e in entries])
     numbers = {text: part for text, (part, shape) in scope.parts.items() if shape == ()}
     numbers |= {key: name(key) for key in scope.named(())}
     for k, entry in enumerate(entries):
@@ -91,7 +91,7 @@ def _of_rows(scope: Scope, node: Any, rows: list[Any]) -> Found:
         words = f"rows and columns are exchanged (transposed) in {here}"
         yield "transposed", "all", words, made(lambda i, j: at(j, i))
     words = f"the signs of all entries are wrong in {here}"
-    yield "sign", "all entries", words, made(lambda i, j: minus(scope.alias(at(i, j))))
+    yield "turned", "all entries", words, made(lambda i, j: minus(scope.alias(at(i, j))))
 
 
 def _with_sign(stands: ast.expr, other: ast.expr) -> ast.expr:

@@ -90,7 +90,7 @@ def _signs(scope: Scope, node: Any, form: Form | None) -> Found:
     zero = isinstance(node, ast.Constant) and not node.value
     if form is not None and own and not zero and not isinstance(node, ast.Compare):
         words = f"the sign of {code(node)} is wrong: a minus is missing, or a difference is turned round"
-        yield "sign", f"of {like(node)}", words, minus(scope.alias(node))
+        yield "turned", f"of {like(node)}", words, minus(scope.alias(node))
 
 
 def _names(scope: Scope, node: ast.Name, form: Form | None) -> Found:
@@ -161,7 +161,8 @@ def _calls(node: ast.Call) -> Found:
                 kind = KIND_OF.get(called, "operation")
                 yield kind, f"{called}->{other}", words, ast.Call(new, node.args, [])
     if isinstance(func, ast.Attribute) and called in ("cross", "outer_product") and node.args:
-        words = f"the factors of {CALLED[called]} are the wrong way round (exchanged) in {here}"
+        turned = "exchanged: its sign is wrong" if called == "cross" else "exchanged"
+        words = f"the factors of {CALLED[called]} are the wrong way round ({turned}) in {here}"
         yield "order", called, words, method(node.args[0], called, func.value)
     if isinstance(func, ast.Attribute) and called in KIND_OF and called not in ("rows", "cols"):
         inner = func.value

@@ -92,6 +92,8 @@ def _sides(scope: Scope, node: ast.BinOp) -> Found:
     stands, form = OPERATORS.get(type(op), ""), scope.form(node)
     if isinstance(op, (ast.Sub, ast.Div, ast.MatMult, ast.Pow)):
         words = f"the two sides are in the wrong order (exchanged) in {here}"
+        if isinstance(op, ast.Sub):
+            words = f"a sign is wrong: the difference {here} is turned round, its two sides are exchanged"
         yield "order", stands, words, ast.BinOp(right, op, left)
     if type(op) not in VERBS:
         return
@@ -181,7 +183,7 @@ def _chains(scope: Scope, node: ast.BinOp) -> Found:
                 method(scope.alias(inner), "transpose") if flag else inner
                 for flag, inner in zip(flags, bare, strict=True)
             ]
-            yield "transposed", f"chain {flags}", words, product(turned, ast.MatMult)
+            yield "odd", f"chain {flags}", words, product(turned, ast.MatMult)
 
 
 def _untransposed(node: ast.expr) -> ast.expr:

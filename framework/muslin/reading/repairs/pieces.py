@@ -14,7 +14,7 @@ from muslin.reading.page import shorter
 
 #: Kinds of slips, the plainest first.
 KINDS = (
-    "sign", "name", "index", "operation", "order", "transposed", "number", "length", "power", "brackets",
+    "sign", "name", "index", "operation", "order", "turned", "transposed", "number", "length", "power", "brackets",
     "condition", "loop", "extra", "lacks factor", "lacks term", "entries", "another", "odd",
 )  # fmt: skip
 
@@ -89,6 +89,7 @@ OPERATORS: Mapping[type[ast.AST], str] = {
     ast.Mult: "*",
     ast.MatMult: "@",
     ast.Div: "/",
+    ast.FloorDiv: "//",
     ast.Pow: "**",
     ast.Lt: "<",
     ast.LtE: "<=",
