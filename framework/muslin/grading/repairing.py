@@ -26,7 +26,7 @@ from muslin.reading.source import Source
 LOOKED, TRIED, TRIED_APART = 6000, 600, 200
 
 #: Most steps taken for one function: they bound the time, whatever the text is.
-SPENT = 250_000
+SPENT = 400_000
 
 #: Longest text that is read, longest line, deepest brackets and indentation [characters].
 LONGEST, WIDEST, DEEPEST, INDENTED = 30_000, 2_000, 40, 80
@@ -85,6 +85,21 @@ def repair(
 
 
 @dataclass(frozen=True)
+class Target:
+    """What an expression that is a number must come to.
+
+    Attributes
+    ----------
+    value : ndarray, (b,)
+    asked : ndarray of bool, (b,)
+        In which cases.
+    """
+
+    value: np.ndarray
+    asked: np.ndarray
+
+
+@dataclass(frozen=True)
 class Slope:
     """How all results change with one expression, where they do so linearly.
 
@@ -137,7 +152,7 @@ class Search:
         self.changes = Changes(self.meaning, self.helpers, self._called())
         self._nodes = {id(n): n for f in self.changes.scope.functions for n in ast.walk(f)}
         self._bent = _bent(self.meaning.node)
-        self._slopes: dict[int, Slope | bool] = {}
+        self._slopes: dict[int, Slope | Target | bool] = {}
         self._tried = 0
 
     def comes_to(self, got: Sequence[np.ndarray]) -> bool:
@@ -243,12 +258,34 @@ class Search:
         ((key, new),) = change.changes.items()
         node = self._nodes[key]
         slope = self._slope(node) if isinstance(node, ast.expr) else True
-        if not isinstance(slope, Slope):
+        if isinstance(slope, bool):
             return slope
         made = np.asarray(self.meaning.alone(node, new), dtype=np.float64)
+        if isinstance(slope, Target):
+            off = np.abs(made - slope.value) <= NEAR * (np.abs(slope.value) + 1e-9)
+            return bool(off[slope.asked].all()) if off.ndim else bool(off)
         value = np.broadcast_to(made.reshape(len(made), -1) if made.ndim else made, slope.value.shape)
         reached = np.einsum("bmp,bp->bm", slope.rows, value - slope.value)
         return self._near(reached)
+
+    def _solved(self, node: Any, flat: np.ndarray) -> Target | bool:
+        """The number an expression must be in each case, by Newton's method; True if it is not found."""
+        value, seen = flat[:, 0].copy(), np.ix_(self.usable, self.asked)
+        for _ in range(NEWTON):
+            step = STEP * (np.abs(value) + 1e-3)
+            now, then = (
+                self._flat(self.meaning.otherwise({id(node): Fixed(one)})) for one in (value, value + step)
+            )
+            slope, lacking = (then - now) / step[:, None], np.where(self.asked, self.right - now, 0.0)
+            if (np.abs(lacking[seen]) <= NEAR * 0.01).all():
+                changes = np.abs(slope[:, self.asked]).max(axis=1) > 1e-9
+                return Target(value, self.usable & changes)
+            square = np.sum(np.where(self.asked, slope, 0.0) ** 2, axis=1)
+            way = np.sum(np.where(self.asked, slope, 0.0) * lacking, axis=1) / np.where(
+                square > 0, square, np.inf
+            )
+            value = value + np.where(np.isfinite(way), way, 0.0)
+        return True
 
     def _near(self, reached: np.ndarray) -> bool:
         """Whether changes of the results, (b, m), are those that are lacking."""
@@ -256,7 +293,7 @@ class Search:
         off = np.abs(reached - self.lacking)[seen]
         return bool((off <= NEAR * (1 + np.abs(self.lacking[seen]))).all())
 
-    def _slope(self, node: Any) -> Slope | bool:
+    def _slope(self, node: Any) -> Slope | Target | bool:
         """How the results hang on an expression; True if that is not known, False if no value makes them right."""
         key = id(node)
         if key not in self._slopes:
@@ -266,9 +303,9 @@ class Search:
                 self._slopes[key] = True
         return self._slopes[key]
 
-    def _measured(self, node: Any) -> Slope | bool:
+    def _measured(self, node: Any) -> Slope | Target | bool:
         value = self.meaning.values.get(id(node))
-        if value is None or isinstance(value, (list, tuple)) or id(node) in self._bent:
+        if value is None or isinstance(value, (list, tuple)):
             return True
         value = np.asarray(value)
         if value.dtype.kind == "b":
@@ -276,6 +313,8 @@ class Search:
         count, form = len(self.right), value.shape[1:]
         value = np.broadcast_to(value.astype(np.float64), (count, *form))
         flat = value.reshape(count, -1)
+        if id(node) in self._bent:
+            return self._solved(node, flat) if not form else True
         step = 0.37 * np.abs(flat).max(axis=1) + (np.abs(flat).max() or 1.0) * 1e-3
 
         def moved(by: np.ndarray) -> np.ndarray:
@@ -291,11 +330,15 @@ class Search:
         mixed = step[:, None] * (1 + units.cumsum(axis=0)[-1] * np.arange(1, flat.shape[1] + 1))
         straight = np.einsum("bmp,bp->bm", rows, mixed)
         if not (np.abs(moved(mixed) - straight) <= 1e-7 * (1e-6 + np.abs(straight)))[self.usable].all():
-            return True
+            return self._solved(node, flat) if not form else True
         asked = np.where(self.usable[:, None, None] & self.asked[:, None], rows, 0.0)
         needed = np.where(self.usable[:, None] & self.asked, self.lacking, 0.0)
         best = np.einsum("bpm,bm->bp", np.linalg.pinv(asked, rcond=1e-9), needed)
         return Slope(flat, rows) if self._near(np.einsum("bmp,bp->bm", asked, best)) else False
+
+
+#: Steps of Newton's method towards the number an expression must be, and how small a step is taken to see the way.
+NEWTON, STEP = 12, 1e-7
 
 
 def _ordinary(text: str) -> bool:

@@ -473,6 +473,13 @@ def mass_block__fraction(i, j, area, rho, h):
     return f * rho * h * area  # the result
 
 
+def mass_block__integral(i, j, area, rho, h):
+    q = area / 12  # the integral of phi_i phi_j off the diagonal, for i != j
+    if i == j:
+        q = area / 6  # the integral of phi_i phi_j on the diagonal, for i = j
+    return rho * h * q  # the result
+
+
 def mass_block__neighbours(i, j, area, rho, h):
     """The blocks of the vertices 0 and 2 are taken as not coupled.
 

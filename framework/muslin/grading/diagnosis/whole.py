@@ -92,6 +92,7 @@ def by_transform(question: Question) -> Diagnosis | None:
         if array.shape == question.got.shape and array.dtype.kind == "f":
             for cause, candidate in (
                 ("echo", array),
+                ("turned", -array),
                 ("lacks", question.right - array),
                 ("plus", question.right + array),
             ):
@@ -113,4 +114,7 @@ def _copied(question: Question) -> Diagnosis | None:
 def constant(question: Question) -> Diagnosis | None:
     """The same for all inputs."""
     same = len(question.got) > 5 and question.explained(question.got[question.wrong][0])
-    return about(question, "constant") if same and np.ptp(question.right, axis=0).any() else None
+    if not same or not np.ptp(question.right, axis=0).any():
+        return None
+    always = "" if question.shape else f": it is always {question.got[question.wrong][0]:g}"
+    return about(question, "constant", always)

@@ -11,7 +11,7 @@ WORDS: Mapping[str, tuple[str, str]] = {
         "Look for a variable that is born as a whole number, or as zero and never changed.",
     ),
     "constant": (
-        "Your {name} is the same for all inputs.",
+        "Your {name} is the same for all inputs{of}.",
         "Look which of the arguments your formula uses: the right answer changes with them.",
     ),
     "nan": (
@@ -104,6 +104,10 @@ WORDS: Mapping[str, tuple[str, str]] = {
     ),
     "echo": (
         "Your {name} is just the argument {of}.",
+        "Check that what you return is the result, and not the argument you began with.",
+    ),
+    "turned": (
+        "Your {name} is just the argument {of}, with the opposite sign.",
         "Check that what you return is the result, and not the argument you began with.",
     ),
     "lacks": (

@@ -113,7 +113,7 @@ class Changes:
                 n for n in loads if isinstance(n, ast.Name) and n.id in variables and n.id not in scope.loops
             ]
             for a, b in itertools.combinations(dict.fromkeys(n.id for n in names), 2):
-                if variables[a] == variables[b]:
+                if variables[a] == variables[b] and not _difference(getattr(part, "value", part)):
                     those = [n for n in names if n.id in (a, b)]
                     made: dict[int, ast.AST] = {id(n): name(b if n.id == a else a) for n in those}
                     words = f"{scope.said(a)} and {scope.said(b)} are exchanged{where}"
@@ -133,3 +133,8 @@ class Changes:
                         f"{one} and {two} are exchanged{where}",
                         made,
                     )
+
+
+def _difference(node: ast.AST) -> bool:
+    """Whether a node is one name minus another: that the two are exchanged is told as a difference turned round."""
+    return isinstance(node, ast.BinOp) and all(isinstance(side, ast.Name) for side in (node.left, node.right))

@@ -64,7 +64,8 @@ def _operators(scope: Scope, node: ast.BinOp) -> Found:
         belongs = OPERATORS[other]
         words = f"{stands} stands in place of {belongs} in {here}"
         words += BESIDE.get((stands, belongs), "").format(right=code(right))
-        kind = "operation" if {stands, belongs} in LIKELY else "odd"
+        plain = {stands, belongs} != {"+", "*"} or not any(isinstance(s, ast.Constant) for s in (left, right))
+        kind = "operation" if {stands, belongs} in LIKELY and plain else "odd"
         yield kind, f"{stands}->{belongs}", words, ast.BinOp(left, other(), right)
     shape = scope.form(left)
     if isinstance(op, ast.Mult) and shape and shape == scope.form(right):
