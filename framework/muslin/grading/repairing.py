@@ -149,6 +149,7 @@ class Search:
         self.wrong = ~(np.abs(self.lacking) <= TOLERANCE)
         self.usable = np.isfinite(self.came).all(axis=1) & np.isfinite(self.right).all(axis=1)
         self.asked = np.ones(self.right.shape[1], dtype=bool)
+        self.smooth = np.concatenate([np.full(e[0].size, e.dtype.kind != "i") for e in expected])
         self.changes = Changes(self.meaning, self.helpers, self._called())
         self._nodes = {id(n): n for f in self.changes.scope.functions for n in ast.walk(f)}
         self._bent = _bent(self.meaning.node)
@@ -163,8 +164,7 @@ class Search:
 
     def found(self) -> Repair | None:
         """The plainest change that makes all results right, or those entries that are asked for."""
-        possible = lambda node: bool(self._slope(node))  # noqa: E731
-        changes = itertools.chain(self.changes.plain(), self.changes.larger(possible))
+        changes = itertools.chain(self.changes.plain(), self.changes.larger(self._hope))
         for change in itertools.islice(changes, LOOKED):
             try:
                 if self._may_be(change) and self._is(change):
@@ -270,20 +270,21 @@ class Search:
 
     def _solved(self, node: Any, flat: np.ndarray) -> Target | bool:
         """The number an expression must be in each case, by Newton's method; True if it is not found."""
-        value, seen = flat[:, 0].copy(), np.ix_(self.usable, self.asked)
+        asked = self.asked & self.smooth
+        value, seen = flat[:, 0].copy(), np.ix_(self.usable, asked)
+        if not asked.any():
+            return True
         for _ in range(NEWTON):
             step = STEP * (np.abs(value) + 1e-3)
             now, then = (
                 self._flat(self.meaning.otherwise({id(node): Fixed(one)})) for one in (value, value + step)
             )
-            slope, lacking = (then - now) / step[:, None], np.where(self.asked, self.right - now, 0.0)
+            slope, lacking = (then - now) / step[:, None], np.where(asked, self.right - now, 0.0)
             if (np.abs(lacking[seen]) <= NEAR * 0.01).all():
-                changes = np.abs(slope[:, self.asked]).max(axis=1) > 1e-9
+                changes = np.abs(slope[:, asked]).max(axis=1) > 1e-9
                 return Target(value, self.usable & changes)
-            square = np.sum(np.where(self.asked, slope, 0.0) ** 2, axis=1)
-            way = np.sum(np.where(self.asked, slope, 0.0) * lacking, axis=1) / np.where(
-                square > 0, square, np.inf
-            )
+            square = np.sum(np.where(asked, slope, 0.0) ** 2, axis=1)
+            way = np.sum(np.where(asked, slope, 0.0) * lacking, axis=1) / np.where(square > 0, square, np.inf)
             value = value + np.where(np.isfinite(way), way, 0.0)
         return True
 
@@ -292,6 +293,11 @@ class Search:
         seen = np.ix_(self.usable, self.asked)
         off = np.abs(reached - self.lacking)[seen]
         return bool((off <= NEAR * (1 + np.abs(self.lacking[seen]))).all())
+
+    def _hope(self, node: ast.AST) -> int:
+        """0 if no value in place of a node makes all right, 1 if that is not known, 2 if some does."""
+        slope = self._slope(node)
+        return int(slope) if isinstance(slope, bool) else 2
 
     def _slope(self, node: Any) -> Slope | Target | bool:
         """How the results hang on an expression; True if that is not known, False if no value makes them right."""

@@ -34,13 +34,13 @@ class Changes:
         found = [*singles, *self._together(singles), *self._swaps()]
         return sorted(found, key=lambda r: (order[r.kind], len(r.changes)))
 
-    def larger(self, possible: Callable[[ast.AST], bool]) -> Iterator[Repair]:
+    def larger(self, hope: Callable[[ast.AST], int]) -> Iterator[Repair]:
         """Factors and terms that are missing, and other parts in place of what stands there.
 
         Parameters
         ----------
-        possible : callable
-            Whether any value in place of a node can make the function right.
+        hope : callable
+            0 of a node in whose place no value makes the function right; the higher, the sooner it is looked at.
         """
         scope = self.scope
         nodes = [
@@ -51,12 +51,14 @@ class Changes:
             and scope.counts(node)
             and scope.form(node) is not None
             and not isinstance(node, (ast.Compare, ast.BoolOp))
-            and possible(node)
         ]
-        for made in (missing.factors, missing.addends, missing.others, missing.counterparts):
+        hopes = {id(node): hope(node) for node in nodes}
+        ways = (missing.factors, missing.addends, missing.others, missing.counterparts)
+        for level, made in itertools.product(sorted(set(hopes.values()) - {0}, reverse=True), ways):
             for node in nodes:
-                for kind, detail, words, new in made(scope, node, scope.form(node) or ()):
-                    yield Repair(kind, detail, node.lineno, words, {id(node): new})
+                if hopes[id(node)] == level:
+                    for kind, detail, words, new in made(scope, node, scope.form(node) or ()):
+                        yield Repair(kind, detail, node.lineno, words, {id(node): new})
         for statement in ast.walk(scope.meaning.node):
             if isinstance(statement, ast.Assign):
                 yield from statements.counterparts(scope, statement)
