@@ -46,7 +46,7 @@ def answer_in(path: str):
 
 def damage(path: Path):
     data = bytearray(path.read_bytes())
-    data[-2000] ^= 1  # in the last array, whose checksum the zip has: write it anew
+    data[-2000] ^= 1  # in the last array, whose checksum the zip has: write it again
     path.write_bytes(data)
 
 
@@ -172,7 +172,7 @@ MISTAKES = {
 }
 
 
-def test_cloth_has_nothing_to_mend():
+def test_cloth_has_nothing_to_fix():
     assert [str(finding) for finding in linting.lint("cloth")] == []
 
 

@@ -187,7 +187,7 @@ def test_a_file_that_uses_what_python_cannot_read_while_it_is_read_is_broken(tmp
     assert "line 6: Python cannot read this" in told
 
 
-def test_an_edited_file_is_read_anew(tmp_path):
+def test_an_edited_file_is_read_again(tmp_path):
     v, n = np.ones((1, 3)), np.ones((1, 3))
     first = submission(tmp_path, "filter_velocity", "return v * 2")
     assert muslin.evaluate(first.filter_velocity, v=v, n=n)[0, 0] == 2

@@ -88,7 +88,7 @@ def test_one_that_hangs_is_ended_while_a_line_is_waited_for():
         assert process.late
 
 
-def test_lines_go_to_and_fro_and_the_last_complaint_is_kept():
+def test_lines_go_to_and_fro_and_the_last_error_is_kept():
     text = (
         "import sys\nfor line in sys.stdin:\n    print(line.upper(), end='', flush=True)\n"
         "print('x' * 100000, 'the end', sep='\\n', file=sys.stderr)"
@@ -100,7 +100,7 @@ def test_lines_go_to_and_fro_and_the_last_complaint_is_kept():
         process.said_all()
         assert process.rest() == b""
         assert process.wait(60) == 0
-        assert process.complaint() == "the end"
+        assert process.last_error() == "the end"
     assert not process.late
 
 

@@ -401,7 +401,7 @@ def test_in_a_browser_it_sorts_and_nothing_else_runs_or_loads(home, tmp_path):  
 
 
 @in_a_browser
-def test_the_page_as_it_is_has_no_complaint(home, tmp_path):  # noqa: F811
+def test_the_page_as_it_is_has_no_error(home, tmp_path):  # noqa: F811
     address, requests = home
     dom, console = opened(rendered(hostile_class(address)), tmp_path)
     assert 'id="filter">' in dom  # the script ran: the filter is there

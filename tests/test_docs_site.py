@@ -1,4 +1,4 @@
-"""The documentation site: it builds without a complaint, and in a real browser it asks nobody for anything."""
+"""The documentation site: it builds without an error, and in a real browser it asks nobody for anything."""
 
 import functools
 import html
@@ -266,7 +266,7 @@ def opened(url: str, tmp_path, width: int = 1200, patience: int = 6000) -> tuple
 
 @in_a_browser
 @pytest.mark.parametrize("page", PAGES)
-def test_a_page_opens_without_a_complaint_and_asks_nobody(page, address, tmp_path):
+def test_a_page_opens_without_an_error_and_asks_nobody(page, address, tmp_path):
     home, missing = address
     said, console = opened(f"{home}/{page}", tmp_path)
     assert console == []

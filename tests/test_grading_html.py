@@ -244,7 +244,7 @@ def test_hostile_text_does_nothing_and_both_pictures_are_shown(guard, home, tmp_
 
 
 @in_a_browser
-def test_the_page_as_it_is_loads_without_a_complaint(home, tmp_path):
+def test_the_page_as_it_is_loads_without_an_error(home, tmp_path):
     address, requests = home
     dom, console = opened(views.render(samples.nasty(address), "html"), tmp_path)
     assert console == []

@@ -309,7 +309,7 @@ def test_a_verdict_a_film_and_a_view_are_seen_in_jupyterlab(lab, started, tmp_pa
             "[...document.querySelector('.jp-OutputArea iframe').contentDocument?.querySelectorAll('canvas') ?? []]"
             ".some(c => c.width > 300)"
         )
-        errors = [told for told in tab.complaints() if "srcdoc" not in told]
+        errors = [told for told in tab.errors() if "srcdoc" not in told]
         assert not errors, errors
     finally:
         tab.close()

@@ -97,7 +97,7 @@ class Tab:
         buttons = 0 if kind == "mouseReleased" else 1
         self("Input.dispatchMouseEvent", type=kind, x=x, y=y, button="left", buttons=buttons, clickCount=1)
 
-    def complaints(self):
+    def errors(self):
         """Errors in the console, and requests to anywhere but the viewer."""
         found = []
         for event in self.events:
@@ -160,7 +160,7 @@ def test_the_page_shows_the_cloth_without_an_error_or_a_request_and_ctrl_c_ends_
         time.sleep(3)
         canvas = tab("Runtime.evaluate", expression="document.querySelectorAll('canvas').length")
         assert canvas["result"]["value"] >= 1
-        assert tab.complaints() == []
+        assert tab.errors() == []
     finally:
         if tab:
             tab.close()
@@ -234,7 +234,7 @@ def test_keys_and_mouse_reach_the_session(tmp_path):
             assert np.allclose(client.camera.position, camera, atol=1e-6), "the camera has turned"
             assert not session.message
             # viser's own pointer handling makes Chromium say this once; it changes nothing
-            return [c for c in tab.complaints() if "preventDefault inside passive event listener" not in c]
+            return [c for c in tab.errors() if "preventDefault inside passive event listener" not in c]
         finally:
             tab.close()
             done.append(True)

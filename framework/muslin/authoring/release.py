@@ -94,21 +94,21 @@ def out_of_step(name: str) -> list[str]:
         for path in sorted(folder.rglob("*"))
         if path.is_file() and "__pycache__" not in path.parts
     }
-    mend = f"run: muslin release {name}"
+    fix = f"run: muslin release {name}"
     findings = []
     folders = {relative.split("/")[0] for relative in expected}
     for relative in sorted(expected.keys() | {_within(relative, folders) for relative in present}):
         where = paths.shown(folder / relative)
         if relative == PAGE and HANDOUT in expected and relative in present:
             if present[PAGE].split(b"\n")[0].decode() != origin(expected[HANDOUT].decode("utf-8")):
-                findings.append(f"{where}: not made from this handout; {mend}{_first_install()}")
+                findings.append(f"{where}: not made from this handout; {fix}{_first_install()}")
         elif relative not in expected:
             findings.append(f"{where} is superfluous: nothing in the solution leads to it; delete it")
         elif relative not in present:
-            findings.append(f"{where} is missing; {mend}")
+            findings.append(f"{where} is missing; {fix}")
         elif (line := _first_difference(present[relative], expected[relative])) is not None:
             at = f", line {line}" if line else ""
-            findings.append(f"{where}{at}: stale or edited by hand; change the solution and {mend}")
+            findings.append(f"{where}{at}: stale or edited by hand; change the solution and {fix}")
     findings += [f"{paths.shown(folder)}/{leak}" for leak in leaks(source, present)]
     return findings
 

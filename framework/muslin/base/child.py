@@ -186,8 +186,8 @@ class Child:
         except subprocess.TimeoutExpired:
             return None
 
-    def complaint(self) -> str:
-        """The last line it complained in."""
+    def last_error(self) -> str:
+        """The last line of its errors."""
         self._drain.join(REST)
         return last_line(bytes(self._errors))
 

@@ -1,6 +1,6 @@
 """Launching a kernel many times on the same arrays, for little more than the work it does.
 
-The engine looks at every argument of every call anew: about 10 microseconds per array, ten times the cost of the
+The engine looks at every argument again in every call: about 10 microseconds per array, ten times the cost of the
 launch itself. A `Launch` binds a kernel to its arrays once, where the engine has the parts for it; where they are
 missing it calls the kernel the ordinary way.
 

@@ -72,7 +72,7 @@ def choose(arch: str = "cpu", precision: str | None = None) -> str:
     with _lock:
         if wanted != _chosen and "muslin.base.arrays" in sys.modules:
             raise MuslinError(
-                "Kernels have run already, and their numbers cannot change.", "Start Python anew."
+                "Kernels have run already, and their numbers cannot change.", "Start Python again."
             )
         _chosen.update(wanted)
     return notice
@@ -146,7 +146,7 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
         threads = threads or _wanted_threads()
         warnings.filterwarnings(
             "ignore", message=".*Calling non-(taichi|quadrants) function"
-        )  # `complaints` says it better
+        )  # `compile_errors` says it better
         with contextlib.redirect_stdout(io.StringIO()):  # "Starting on arch=..."
             ti.init(
                 arch=getattr(ti, _chosen["arch"]),

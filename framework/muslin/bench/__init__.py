@@ -1,8 +1,8 @@
-"""`muslin bench`: what a step, a picture and a check cost on this machine, beside C++ and beside the floor.
+"""`muslin bench`: what a step, a picture and a check cost here, beside C++ and what the machine could do at best.
 
 - `candidates`  the scene measured, who simulates it (ours, C++), and how they take turns
 - `everyday`    what a person waits for: a picture, a check
-- `floor`       what the machine could do at best: bytes over bandwidth, flops over peak
+- `roofline`    what the machine could do at best: bytes over bandwidth, flops over peak
 - `record`      ratios with their spread, as a file; which of them regressed
 - `bench`       all of it, within a time, as lines to read
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from muslin.base import runtime
-from muslin.bench import everyday, floor
+from muslin.bench import everyday, roofline
 from muslin.bench.candidates import (
     Baseline,
     Candidate,
@@ -64,7 +64,7 @@ def measure(plan: Plan = FULL, say: Say = print) -> Record:
     """
     record = Record()
     threads = runtime.usable_cores()
-    speed, peak, yard = floor.bandwidth(threads), floor.peak(), floor.yardstick()
+    speed, peak, yard = roofline.bandwidth(threads), roofline.peak(), roofline.yardstick()
     say(
         f"{threads} cores: {speed / 1e9:.1f} GB/s by copying with all, "
         f"{peak / 1e9:.1f} Gflop/s by matrix products with one; yardstick {yard:.1f} ms"
@@ -148,7 +148,7 @@ def _tell_steps(
         record.ratios[f"{size}x{size} student, speed against native (CPU)"] = ratio
     mine = next(candidate for candidate in candidates if isinstance(candidate, Ours))
     moved = bytes_moved(mine.model)
-    text = f"  floor: {moved / 1e6:.1f} MB of assembly, {1e3 * moved / speed:.2f} ms"
+    text = f"  at best: {moved / 1e6:.1f} MB of assembly, {1e3 * moved / speed:.2f} ms"
     if flops := factor_flops(mine.model):
         count, threads = flops
         factor = 1e3 * count / peak / threads

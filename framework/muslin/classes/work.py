@@ -156,7 +156,7 @@ def _graded_apart(terms: Terms, job: Job, folder: str, on_start: Callable[[Child
     try:
         return Result(**json.loads(answer))
     except (ValueError, TypeError):
-        said = process.complaint() or "it said nothing"
+        said = process.last_error() or "it said nothing"
         return Result(job.key, error=f"The grader ended early ({status}): {said}", final=False)
 
 

@@ -58,7 +58,7 @@ def lint(
     thorough: Annotated[
         bool,
         typer.Option(
-            "--thorough", help="Also make the reference data anew and try every variant of the suite."
+            "--thorough", help="Also make the reference data again and try every variant of the suite."
         ),
     ] = False,
 ) -> None:
@@ -72,10 +72,10 @@ def lint(
         for finding in found:
             say(str(finding))
         if not found:
-            say(f"{name}: nothing to mend.")
+            say(f"{name}: nothing to fix.")
         findings += found
     if findings:
-        say(f"{len(findings)} to mend.")
+        say(f"{len(findings)} to fix.")
     if findings or not (assignment or every):
         raise typer.Exit(1)
 

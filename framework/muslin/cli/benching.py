@@ -23,7 +23,7 @@ def bench(
     read: Annotated[Path | None, typer.Option(help="Compare this record instead of measuring.")] = None,
     tiny: Annotated[bool, typer.Option("--tiny", hidden=True)] = False,
 ) -> None:
-    """Measure steps, pictures and checks on this machine, beside C++ and the floor, in under three minutes."""
+    """Measure steps, pictures and checks, beside C++ and the best this machine can do, in under three minutes."""
     from muslin.bench import bench as benchmark
     from muslin.bench import record as records
 

@@ -318,7 +318,7 @@ def _failure(error: Any) -> list[str]:
 
 
 def _start(debug: bool) -> Callable[[], None]:
-    """Start Taichi as grading pins it, and keep student code from starting it anew; returns what ends it."""
+    """Start Taichi as grading pins it, and keep student code from starting it again; returns what ends it."""
     from muslin.base import runtime
     from muslin.base.errors import StudentCodeError
 

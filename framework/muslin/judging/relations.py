@@ -122,7 +122,7 @@ def vanishes(
 def sweep(
     slope: np.ndarray, f: Callable[[float], np.ndarray], scale: Any, steps: tuple[float, ...]
 ) -> np.ndarray:
-    """Error of a derivative: the least along a Taylor sweep, step by step down to the rounding floor.
+    """Error of a derivative: the least along a Taylor sweep, step by step down to where rounding ends it.
 
     Differences are central, of sixth order. A wrong slope is wrong at every step.
     """

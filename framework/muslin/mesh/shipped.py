@@ -1,4 +1,4 @@
-"""The meshes in data/meshes, as calls of the generators. `python -m muslin.mesh.shipped` writes them anew."""
+"""The meshes in data/meshes, as calls of the generators. `python -m muslin.mesh.shipped` writes them again."""
 
 from __future__ import annotations
 

@@ -8,7 +8,6 @@ from pathlib import Path
 from muslin.base.errors import MuslinError, choices
 from muslin.simulation.runs import RunFolder
 
-
 #: A film's file endings, and what else `render_run` can write.
 FILMS = ("mp4", "webp", "gif", "frames")
 

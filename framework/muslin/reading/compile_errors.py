@@ -1,4 +1,4 @@
-"""Taichi's complaints about a student function, in the student's terms.
+"""Taichi's errors about a student function, in the student's terms.
 
 Taichi answers a mistake with its whole call stack, its own files included. What a student needs of it is the
 last line of *their* file, the expression in it, what is wrong, and, for common mistakes, what to write instead.
@@ -151,7 +151,7 @@ ADVICE: tuple[tuple[str, str], ...] = (
 
 
 def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError:
-    """The complaint about a student function, short and about the student's own file.
+    """The error about a student function, short and about the student's own file.
 
     Parameters
     ----------
@@ -195,7 +195,7 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
 
 
 def told(name: str, where: str, snippet: str, message: str, noticed: str = "") -> str:
-    """A complaint in lines: where, the source, what Taichi says, what to write instead.
+    """An error in lines: where, the source, what Taichi says, what to write instead.
 
     Parameters
     ----------
@@ -228,7 +228,7 @@ NOISE = r"^\[\w+\.(cpp|h):|__name__|^AssertionError|^MatMult|make_matrix|^TypedC
 
 
 def _noticed(function: Callable[..., Any], where: str, snippet: str = "") -> reading.Note | None:
-    """What a reader notices in the line a complaint is about, best in what is underlined; without a line, first."""
+    """What a reader notices in the line an error is about, best in what is underlined; without a line, first."""
     line = re.search(r", line (\d+)$", where)
     notes = [note for note in reading.of(function) if not note.compiles]
     if line is not None:
@@ -239,7 +239,7 @@ def _noticed(function: Callable[..., Any], where: str, snippet: str = "") -> rea
 
 
 def _underlined(snippet: str) -> str:
-    """What is underlined in the first source line of a complaint."""
+    """What is underlined in the first source line of an error."""
     rows = snippet.split("\n")
     if len(rows) < 2 or set(rows[1]) - set(" ^"):
         return ""

@@ -206,7 +206,7 @@ def _read(attempt: Callable[[], _T], text: str, where: str) -> _T:
             warnings.simplefilter("ignore")  # what can be run is told better when it is compiled
             return attempt()
     except SyntaxError as error:
-        raise complaint(error, text, where) from None
+        raise unreadable(error, text, where) from None
     except (RecursionError, MemoryError):
         _fail(where, "brackets or blocks are nested too deeply", "Give the parts names.")
 
@@ -215,7 +215,7 @@ def _fail(where: str, why: str, hint: str) -> NoReturn:
     raise StudentCodeError(f"{where}: Python cannot read this: {why}.", hint)
 
 
-def complaint(error: SyntaxError, text: str, where: str) -> StudentCodeError:
+def unreadable(error: SyntaxError, text: str, where: str) -> StudentCodeError:
     """What Python says of a file it cannot read, with the line, a caret and what to write instead.
 
     Parameters

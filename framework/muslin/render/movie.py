@@ -159,7 +159,7 @@ class _Mp4:
         self.process.said_all()
         self.process.wait()
         self.process.close()
-        said = self.process.complaint()
+        said = self.process.last_error()
         return MuslinError(f"The video encoder failed on {self.path.name}{said and f': {said}'}.", _MEND)
 
 

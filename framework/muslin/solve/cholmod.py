@@ -134,7 +134,7 @@ class Domain:
     indptr, indices : int32 arrays
         Lower triangle by columns (more above the diagonal is ignored), already in the order of elimination.
     data : float64 array
-        Its numbers, read anew in every factorisation.
+        Its numbers, read again in every factorisation.
     """
 
     def __init__(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, postorder: bool = False):

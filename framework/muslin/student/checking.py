@@ -142,7 +142,7 @@ def _held(table: Any, name: str, function: Any) -> Report | None:
 
 
 def _notes(function: Callable[..., Any] | None, message: str = "") -> tuple[str, ...]:
-    """What is noticed in a function's text; nothing if a complaint tells of it already."""
+    """What is noticed in a function's text; nothing if an error tells of it already."""
     from muslin import reading
 
     if function is None or any(note.words[1:] in message for note in reading.of(function)):

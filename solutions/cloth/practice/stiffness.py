@@ -186,7 +186,7 @@ COLLAPSED = np.array(
 
 
 #: What the handout divides by at least.
-FLOOR = 1e-6
+LEAST = 1e-6
 
 
 def _collapsing(rng: Rng) -> Arrays:
@@ -195,15 +195,15 @@ def _collapsing(rng: Rng) -> Arrays:
     return _of_sum(np.concatenate([COLLAPSED, np.ones((count, 1))], axis=1), m, k, l)
 
 
-def _beyond_the_floor(a: Given, out: Outputs) -> np.ndarray:
-    """How far twist, out_0 and out_1 exceed what the floor allows, or above it miss the quotient; in parts of that."""
+def _beyond_the_guard(a: Given, out: Outputs) -> np.ndarray:
+    """How far twist, out_0 and out_1 exceed what the guard allows, or above it miss the quotient; in parts of that."""
     s, p = a["s"], a["dpsi_ds"]
     s = np.stack([s[:, 0] + s[:, 1], s[:, 0], s[:, 1]], axis=1)
     p = np.stack([p[:, 0] + p[:, 1], p[:, 0], p[:, 1]], axis=1)
     most = np.stack([np.abs(p[:, 1]) + np.abs(p[:, 2]), np.abs(p[:, 1]), np.abs(p[:, 2])], axis=1)
     got = out[0][:, 1:]
-    excess = np.maximum(np.abs(got) * FLOOR - most, 0)
-    return relative(np.where(s < FLOOR, excess, np.abs(got * s - p)), norms(most))
+    excess = np.maximum(np.abs(got) * LEAST - most, 0)
+    return relative(np.where(s < LEAST, excess, np.abs(got * s - p)), norms(most))
 
 
 def _jump(a: Given, out: Outputs) -> np.ndarray:
@@ -281,7 +281,7 @@ properties_eigensystem = (
         "finite at collapse",
         "Where a stretch is below 1e-6 it must be divided by 1e-6, not by less; above, by the stretch itself.",
         _collapsing,
-        _beyond_the_floor,
+        _beyond_the_guard,
     ),
 )
 

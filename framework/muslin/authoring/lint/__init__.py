@@ -33,12 +33,12 @@ def lint(name: str, thorough: bool = False) -> list[Finding]:
     name : str
         The assignment.
     thorough : bool
-        Also make the reference data anew and try every variant of the misconception suite.
+        Also make the reference data again and try every variant of the misconception suite.
 
     Returns
     -------
     list of Finding
-        Empty if nothing is to be mended.
+        Empty if nothing is to be fixed.
 
     Raises
     ------

@@ -12,7 +12,7 @@ from muslin.tasks import Assignment
 
 @dataclass(frozen=True)
 class Finding:
-    """Something to mend: `where` (a file, perhaps with line or task), `what`, and what to `do`."""
+    """Something to fix: `where` (a file, perhaps with line or task), `what`, and what to `do`."""
 
     where: str
     what: str
@@ -43,4 +43,4 @@ class Subject:
 def of_error(where: Path | str, error: MuslinError) -> Finding:
     """An error as a finding."""
     shown = paths.shown(where) if isinstance(where, Path) else where
-    return Finding(shown, error.message.rstrip("."), (error.hint or "mend it").rstrip("."))
+    return Finding(shown, error.message.rstrip("."), (error.hint or "fix it").rstrip("."))

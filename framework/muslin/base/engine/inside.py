@@ -223,7 +223,7 @@ def bound(kernel: Any, arguments: Sequence[Any]) -> Callable[[], None] | None:
 def compile_faster() -> None:
     """Spare the compiler work it does over and over; what it makes and says stays the same.
 
-    Each time a function is called in a kernel, it reads the function's source anew, and it prepares the text of an
+    Each time a function is called in a kernel, it reads the function's source again, and it prepares the text of an
     error for every expression it meets, wrapping the line that the expression is in. That is half of the time a
     kernel takes to compile. Called whenever the engine starts.
     """

@@ -18,7 +18,7 @@ from muslin.base.engine import ti
 from muslin.physics.elements.decompose import signed_svd
 
 #: Sums of stretches are not divided by less than this.
-FLOOR = 1e-8
+CLOSEST = 1e-8
 
 
 class Law(NamedTuple):
@@ -122,7 +122,8 @@ def _stable_modes(s, mu, lam):
 
 @ti.func
 def _green(F):
-    return (F.transpose() @ F - ti.Matrix.identity(float, 3)) / 2
+    D = F - ti.Matrix.identity(float, 3)  # nothing cancels near rest
+    return (D + D.transpose() + D.transpose() @ D) / 2
 
 
 @ti.func
@@ -173,7 +174,7 @@ def _corotated_modes(s, mu, lam):
     pull = 2 * lam * (s - 1).sum() - 4 * mu
     for k in ti.static(range(3)):
         apart = s[(k + 1) % 3] + s[(k + 2) % 3]
-        twist[k] += pull / (ti.max(apart, FLOOR) if apart >= 0 else ti.min(apart, -FLOOR))
+        twist[k] += pull / (ti.max(apart, CLOSEST) if apart >= 0 else ti.min(apart, -CLOSEST))
     return (2 * mu + lam) * ones, lam * ones, 2 * mu * ones, twist
 
 

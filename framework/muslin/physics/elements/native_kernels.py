@@ -8,7 +8,7 @@ from muslin.given import tangents
 from muslin.physics.elements import modes
 
 #: Stretches and areas below this count as collapsed: what divides by them stays finite.
-FLOOR = 1e-6
+COLLAPSED = 1e-6
 
 
 @ti.kernel
@@ -90,7 +90,7 @@ def element(serial: bool):
                 half = (S[0] - S[1]) / 2
                 radius = ti.sqrt(half * half + S[2] * S[2])
                 s0 = trace / 2 + radius
-                s1 = area / ti.max(s0, FLOOR)
+                s1 = area / ti.max(s0, COLLAPSED)
                 c, d = 1.0, 0.0  # v_0 = (c, d), an eigenvector of S
                 if radius > 0:
                     if half >= 0:
@@ -107,7 +107,7 @@ def element(serial: bool):
                 stretch0 = 2 * mu + lam_trace + lam_area * s1 * s1
                 stretch1 = 2 * mu + lam_trace + lam_area * s0 * s0
                 coupling = lam_trace + lam_area * (2 * area - 1)
-                d0, d1 = ti.max(s0, FLOOR), ti.max(s1, FLOOR)
+                d0, d1 = ti.max(s0, COLLAPSED), ti.max(s1, COLLAPSED)
                 modes.store(
                     row,
                     e,
@@ -117,7 +117,7 @@ def element(serial: bool):
                     ti.Vector([c * g2[0] + d * g2[1], c * g2[1] - d * g2[0]]),
                     ti.Vector([stretch0, stretch1, coupling]),
                     2 * mu - pressure,
-                    2 * mu + 2 * pull / ti.max(trace, FLOOR) + pressure,
+                    2 * mu + 2 * pull / ti.max(trace, COLLAPSED) + pressure,
                     2 * mu + pull / d0 + pressure * s1 / d0,
                     2 * mu + pull / d1 + pressure * s0 / d1,
                     weight[e],
