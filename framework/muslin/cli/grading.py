@@ -40,7 +40,12 @@ class Format(str, Enum):
 @app.command()
 def grade(
     submission: Annotated[Path, typer.Argument(help="A folder, zip or tar with the task files.")],
-    assignment: Annotated[str, typer.Option(help="The assignment it answers.")] = "cloth",
+    assignment: Annotated[
+        str | None,
+        typer.Option(
+            help="The assignment it answers. Default: what its own assignment.toml says, else cloth."
+        ),
+    ] = None,
     hidden: Annotated[
         Path | None,
         typer.Option(help="Hidden reference data of your own, from `muslin reference build --hidden`."),

@@ -23,12 +23,12 @@ from muslin.grading.record import Record, TaskResult
 from muslin.grading.sandbox import Sandbox
 from muslin.grading.stages import Progress, Stages
 from muslin.grading.submission import Handed, gradable
-from muslin.tasks import Assignment
+from muslin.tasks import Assignment, answered
 
 
 def grade(
     submission: Path | str | Handed,
-    assignment: str = "cloth",
+    assignment: str | None = None,
     *,
     hidden: Path | str | None = None,
     seed: str | int | None = None,
@@ -44,7 +44,8 @@ def grade(
     ----------
     submission : path or Handed
         A folder, a zip or a tar with (some of) the assignment's files, or what was collected of one.
-    assignment : str
+    assignment : str, optional
+        Default: the one that the folder's own assignment.toml names, where there is such an assignment; else cloth.
     hidden : path, optional
         An instructor's hidden reference data, from `muslin reference build --hidden`; used besides the hidden
         cases drawn for every submission.
@@ -73,6 +74,9 @@ def grade(
         assignment, hidden data or safety level.
     """
     began = time.monotonic()
+    if assignment is None:
+        named = "cloth" if isinstance(submission, Handed) else answered(Path(submission))
+        assignment = named if isinstance(named, str) else "cloth"
     table = tasks.assignment(assignment)
     handed = gradable(submission, table)
     folder, secret = instructors_data(hidden, table)

@@ -4,7 +4,7 @@ A manifest (`assignment.toml`) is the single list of what a student fills in (`m
 path, so any folder with those files is a submission; one broken file costs only its own tasks (`loading`).
 """
 
-from muslin.tasks.loading import Functions, failure_of, is_stub, load, usable
+from muslin.tasks.loading import Functions, answered, failure_of, is_stub, load, usable
 from muslin.tasks.manifest import (
     MANIFEST,
     Assignment,
@@ -24,6 +24,7 @@ __all__ = [
     "Grading",
     "Task",
     "Value",
+    "answered",
     "assignment",
     "failure_of",
     "form",

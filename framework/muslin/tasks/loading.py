@@ -76,7 +76,7 @@ def load(folder: Path | str, table: Assignment | str | None = None) -> Functions
         raise MuslinError(
             f"There is no folder {paths.shown(folder)}.", "Name a folder with the assignment's files."
         )
-    table = _answered(folder) if table is None else table
+    table = answered(folder) if table is None else table
     table = assignment(table) if isinstance(table, str) else table
     if not any((folder / file).exists() for file in table.files):
         raise MuslinError(
@@ -91,11 +91,22 @@ def load(folder: Path | str, table: Assignment | str | None = None) -> Functions
     )
 
 
-def _answered(folder: Path) -> Assignment | str:
-    """Which assignment a folder answers, by its own assignment.toml."""
+def answered(folder: Path) -> Assignment | str:
+    """Which assignment a folder answers, by its own assignment.toml; cloth if it says nothing.
+
+    Parameters
+    ----------
+    folder : Path
+        It may be anything, also what is no folder.
+
+    Returns
+    -------
+    str or Assignment
+        The name of one that is known here, else the folder's own task table.
+    """
     try:
         own = read_assignment(folder)
-    except MuslinError:  # none, or one that cannot be read
+    except (MuslinError, OSError, ValueError, TypeError, AttributeError):  # none, or no such table
         return "cloth"
     return own.name if own.name in paths.assignments() else own
 
