@@ -1,6 +1,6 @@
 """What one slip makes of a right formula: mistakes nobody wrote down, tried before students make them.
 
-`solutions/<assignment>/judge/roads.py` holds ways to write each function in the notation of the task files. One
+`solutions/<assignment>/judge/roads/*.py` hold ways to write each function in the notation of the task files. One
 thing at a time is changed in their syntax trees (`muslin.authoring.edits`). Each change is run on the public cases
 in plain Python, and what it makes of them is kept as one number per case (`muslin.grading.slips`), with words.
 Only these data ship: they hold no formula.
@@ -28,7 +28,7 @@ from muslin.reading.meaning import Meaning
 from muslin.student import plain
 
 #: Where the roads of an assignment lie, below its folder in `solutions/`.
-ROADS = Path("judge") / "roads.py"
+ROADS = Path("judge") / "roads"
 
 #: Comments of lines that say nothing of what a quantity is.
 VAGUE = re.compile(
@@ -79,7 +79,7 @@ def run(function: Any, cases: Sequence[Mapping[str, Any]], task: tasks.Task) -> 
 
 def written_down(assignment: str) -> bool:
     """Whether an assignment writes roads down, from which slips are made."""
-    return (paths.source(assignment) / ROADS).is_file()
+    return (paths.source(assignment) / ROADS).is_dir()
 
 
 def roads(assignment: str) -> dict[str, list[tuple[ast.FunctionDef, list[str]]]]:
@@ -90,14 +90,15 @@ def roads(assignment: str) -> dict[str, list[tuple[ast.FunctionDef, list[str]]]]
     MuslinError
         If the assignment has none.
     """
-    path = paths.source(assignment) / ROADS
-    if not path.is_file():
-        raise MuslinError(f"There are no ways to write the functions of {assignment}: {paths.shown(path)}.")
-    text = path.read_text(encoding="utf-8")
+    folder = paths.source(assignment) / ROADS
     found: dict[str, list[tuple[ast.FunctionDef, list[str]]]] = {}
-    for node in ast.parse(text).body:
-        if isinstance(node, ast.FunctionDef):
-            found.setdefault(node.name.partition("__")[0], []).append((node, text.splitlines()))
+    for path in sorted(folder.glob("*.py")):
+        text = path.read_text(encoding="utf-8")
+        for node in ast.parse(text).body:
+            if isinstance(node, ast.FunctionDef):
+                found.setdefault(node.name.partition("__")[0], []).append((node, text.splitlines()))
+    if not found:
+        raise MuslinError(f"There are no ways to write the functions of {assignment}: {paths.shown(folder)}.")
     return found
 
 

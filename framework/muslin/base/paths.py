@@ -156,7 +156,7 @@ def knowledge(name: str) -> list[tuple[str, Path]]:
     if not source(name).is_dir():
         where = {part: home(name) / part / name for part in KNOWLEDGE}
     found = [(part, path) for part, folder in where.items() for path in sorted(folder.glob("*.py"))]
-    found = [(part, path) for part, path in found if path.name not in ("roads.py", "reference.py")]
+    found = [(part, path) for part, path in found if path.name != "reference.py"]
     return found + [("reference", generator(name))] * generator(name).is_file()
 
 
