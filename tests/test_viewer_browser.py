@@ -183,21 +183,23 @@ def test_keys_and_mouse_reach_the_session(tmp_path):
             wait_for(lambda: len(cloth_pixels(tab.picture())) > 3000, "there is no cloth in the page")
             tab.key("n")
             wait_for(lambda: not session.playing, "n did not pause")
+            looking = np.array(next(iter(face.server.get_clients().values())).camera.position)
             count = wait_for(lambda: len(cloth_pixels(tab.picture())), "there is no cloth in the page")
             for key, switch in (
-                ("s", "strain"),
-                ("w", "wireframe"),
+                ("t", "strain"),
+                ("f", "wireframe"),
                 ("c", "sphere"),
                 ("c", "sphere"),
-                ("w", "wireframe"),
+                ("f", "wireframe"),
             ):
                 before = getattr(session, switch)
                 tab.key(key)
                 wait_for(lambda s=switch, b=before: getattr(session, s) != b, f"{key} did nothing")
             wait_for(lambda: len(cloth_pixels(tab.picture())) < count / 2, "strain colours are not shown")
-            tab.key("s")
-            wait_for(lambda: not session.strain, "s did nothing the second time")
+            tab.key("t")
+            wait_for(lambda: not session.strain, "t did nothing the second time")
             wait_for(lambda: len(cloth_pixels(tab.picture())) > count / 2, "the cloth is not red again")
+            assert np.allclose(next(iter(face.server.get_clients().values())).camera.position, looking, atol=1e-6)
             red = cloth_pixels(tab.picture())
             x, y = red[np.argmin(np.linalg.norm(red - np.median(red, axis=0), axis=1))].tolist()
             tab.mouse("mouseMoved", x, y)
@@ -218,8 +220,8 @@ def test_keys_and_mouse_reach_the_session(tmp_path):
             tab.mouse("mouseReleased", x + 60, y - 30)
             wait_for(lambda: session.grabbed is None, "the cloth is not let go")
             session.playing = False
-            tab.key("s")
-            wait_for(lambda: session.strain, "s did nothing")
+            tab.key("t")
+            wait_for(lambda: session.strain, "t did nothing")
             (client,) = face.server.get_clients().values()
             camera = np.array(client.camera.position)
             tab.mouse("mouseMoved", x, y)

@@ -31,13 +31,13 @@ def _camera(session: Session) -> None:
     session.camera_resets += 1
 
 
-#: All that keys and buttons do.
+#: All that keys and buttons do. In a page w, a, s, d, q and e move the camera (viser), and can mean nothing else.
 ACTIONS: tuple[Action, ...] = (
     _switching("space", "Play", "playing"),
     Action("n", "Step", _one_step),
     Action("r", "Reset", Session.reset),
     Action("v", "Reset camera", _camera),
     _switching("c", "Sphere", "sphere"),
-    _switching("s", "Strain colours", "strain"),
-    _switching("w", "Wireframe", "wireframe"),
+    _switching("t", "Strain colours", "strain"),
+    _switching("f", "Wireframe", "wireframe"),
 )
