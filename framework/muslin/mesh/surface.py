@@ -49,18 +49,7 @@ class Mesh:
         MeshError
             If there is no such vertex, or it was left out.
         """
-        wanted = np.atleast_1d(np.asarray(numbers, dtype=np.int64))
-        known = np.arange(len(self.vertices)) if self.numbers is None else self.numbers
-        at = np.minimum(np.searchsorted(known, wanted), len(known) - 1)
-        missing = wanted[known[at] != wanted]
-        if len(missing):
-            left_out = 0 <= missing[0] < known[-1]
-            raise MeshError(
-                f"The mesh {self.name!r} has no vertex {missing[0]}"
-                + (": it is in no triangle, and was left out." if left_out else "."),
-                f"Its vertices are numbered from {known[0]} to {known[-1]}.",
-            )
-        return at
+        return find(self, numbers, "triangle")
 
     def called(self, indices: np.ndarray) -> list[int]:
         """Numbers in the file of vertices by their indices: the inverse of `find`."""
@@ -108,6 +97,28 @@ class Mesh:
         T = indices(triangles, title)
         check_surface(X, T, Places(title, file=False))
         return frozen(X, T, str(name), notices)
+
+
+def find(mesh: Any, numbers: Any, cell: str) -> np.ndarray:
+    """Indices of a mesh's vertices by their numbers in its file.
+
+    Raises
+    ------
+    MeshError
+        If there is no such vertex, or it was left out.
+    """
+    wanted = np.atleast_1d(np.asarray(numbers, dtype=np.int64))
+    known = np.arange(len(mesh.vertices)) if mesh.numbers is None else mesh.numbers
+    at = np.minimum(np.searchsorted(known, wanted), len(known) - 1)
+    missing = wanted[known[at] != wanted]
+    if len(missing):
+        left_out = 0 <= missing[0] < known[-1]
+        raise MeshError(
+            f"The mesh {mesh.name!r} has no vertex {missing[0]}"
+            + (f": it is in no {cell}, and was left out." if left_out else "."),
+            f"Its vertices are numbered from {known[0]} to {known[-1]}.",
+        )
+    return at
 
 
 def check(mesh: Mesh) -> None:

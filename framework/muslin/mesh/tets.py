@@ -10,7 +10,7 @@ import numpy as np
 
 from muslin.base.errors import MeshError
 from muslin.mesh.checks import FLATTEST, SMALLEST, Places, check_coordinates, counted, listed, refuse
-from muslin.mesh.surface import Mesh, flat_to_3d, frozen, indices, numbers_of
+from muslin.mesh.surface import Mesh, find, flat_to_3d, frozen, indices, numbers_of
 
 #: Corners of the four faces of a tetrahedron, seen from outside counterclockwise; face i lies opposite corner i.
 FACES = np.array([[1, 2, 3], [0, 3, 2], [0, 1, 3], [0, 2, 1]])
@@ -80,6 +80,19 @@ class TetMesh:
     def surface(self) -> np.ndarray:
         """Triangles of the boundary, (t, 3) int32, counterclockwise seen from outside."""
         return boundary_triangles(self.cells)
+
+    @property
+    def triangles(self) -> np.ndarray:
+        """What is seen of it: its surface."""
+        return self.surface
+
+    def find(self, numbers: Any) -> np.ndarray:
+        """Indices of vertices by their numbers in the file; see `Mesh.find`."""
+        return find(self, numbers, "tetrahedron")
+
+    def called(self, indices: np.ndarray) -> list[int]:
+        """Numbers in the file of vertices by their indices: the inverse of `find`."""
+        return list(map(int, indices if self.numbers is None else self.numbers[indices]))
 
     def shell(self) -> Mesh:
         """The boundary as a mesh of its own; `numbers` says which vertex of the solid each of its vertices is."""

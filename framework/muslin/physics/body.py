@@ -16,7 +16,7 @@ from muslin.tasks import Functions
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
-    from muslin.mesh import Mesh
+    from muslin.mesh import Mesh, TetMesh
     from muslin.physics.elements.element import Element
     from muslin.physics.elements.layout import Layout
     from muslin.physics.elements.pattern import Assembly, Impulse
@@ -89,6 +89,11 @@ class Body:
         self.mass = self.pattern.matrix(self.mass_data)
         self._sum: Any = None
         self._moving: Any = None
+
+    @property
+    def undeformed(self) -> Mesh | TetMesh:
+        """The mesh it was made of, which may carry a finer one."""
+        return self.mesh
 
     # Whose code it is ---------------------------------------------------------------------------------------
 
@@ -163,12 +168,16 @@ class Body:
             else np.asarray(x)
         )
         if x.shape != self.X.shape:
-            raise MuslinError(f"Positions have shape {x.shape}; this {self._word} needs {self.X.shape}.")
+            raise MuslinError(f"Positions have shape {x.shape}; this {self.word} needs {self.X.shape}.")
         runtime.start()  # should somebody else have restarted the engine
         for element in self._distinct:
             element.update(x)
 
-    _word = "body"
+    #: Whether Newton's method may take its Hessian as it is, near the end of a step.
+    exact_near_rest = False
+
+    #: What messages call it.
+    word = "body"
 
     def prepare(self, *parts: str, project: bool = True) -> None:
         """Compute parts ("energy", "gradient", "hessian") at the positions taken, in as few launches as can be.

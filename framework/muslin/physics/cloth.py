@@ -156,7 +156,7 @@ class Cloth(Body):
         weights = self.mass.sum(axis=1).A1[::3]
         return StretchLimit(self.X, self.triangles, self.normal, weights, held, limit)
 
-    _word = "cloth"
+    word = "cloth"
 
     def stretches(self, x: np.ndarray) -> np.ndarray:
         """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""

@@ -13,7 +13,7 @@ from muslin.physics.roles import Roles, checked
 from muslin.tasks import Functions
 
 if TYPE_CHECKING:
-    from muslin.mesh import Mesh
+    from muslin.mesh import Mesh, TetMesh
 
 #: Tasks behind each part of carrying a finer mesh.
 NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType({"binding": ("phi",), "carrying": ("interpolate",)})
@@ -21,7 +21,7 @@ NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType({"binding": ("phi",), "c
 
 @dataclass(frozen=True)
 class Skin:
-    """Where each display vertex sits: a triangle (k, 3 vertex numbers) and its shape functions (k, 3)."""
+    """Where each display vertex sits: a cell (k, 3 or 4 vertex numbers) and its shape functions, as many."""
 
     corners: np.ndarray
     phi: np.ndarray
@@ -29,33 +29,39 @@ class Skin:
 
     def carry(self, q: np.ndarray) -> np.ndarray:
         """Positions or velocities (k, 3) of the display vertices, from those of the simulation's (n, 3)."""
-        x = [q[self.corners[:, k]] for k in range(3)]
+        x = {f"x{k}": q[corner] for k, corner in enumerate(self.corners.T)}
         if self.functions is not None:
             from muslin.tasks.batch import evaluate
 
-            return evaluate(self.functions.interpolate, phi=self.phi, x0=x[0], x1=x[1], x2=x[2])
-        return np.einsum("kc,ckd->kd", self.phi, np.stack(x))
+            return evaluate(self.functions.interpolate, phi=self.phi, **x)
+        return np.einsum("kc,ckd->kd", self.phi, np.stack(list(x.values())))
 
 
 def bind(
-    display: Mesh, mesh: Mesh, functions: Functions | None = None, stand_ins: Iterable[str] = ()
+    display: Mesh, mesh: Mesh | TetMesh, functions: Functions | None = None, stand_ins: Iterable[str] = ()
 ) -> Skin:
     """Bind a display mesh to a simulation mesh, both undeformed.
 
     Each display vertex goes to the nearest triangle, and keeps its barycentric coordinates there (of the
     nearest point of the triangle's plane: beside the mesh they extrapolate), by the student's `phi` where
-    functions are given. Native code stands in for the tasks named in `stand_ins`.
+    functions are given; in a solid to the tetrahedron it lies in, or least outside. Native code stands in for the
+    tasks named in `stand_ins`.
     """
+    from muslin.mesh import TetMesh
+
     roles = Roles(functions, checked(stand_ins, functions))
-    nearest = _nearest_triangle(display.vertices, mesh)
-    corners = mesh.triangles[nearest]
-    X0, X1, X2 = (mesh.vertices[corners[:, k]] for k in range(3))
+    X = display.vertices
+    if isinstance(mesh, TetMesh):
+        corners = mesh.cells[_nearest_tetrahedron(X, mesh)]
+    else:
+        corners = mesh.triangles[_nearest_triangle(X, mesh)]
+    rest = {f"X{k}": mesh.vertices[corner] for k, corner in enumerate(corners.T)}
     if students := roles.calling(NEEDS["binding"]):
         from muslin.tasks.batch import evaluate
 
-        phi = evaluate(students.phi, X=display.vertices, X0=X0, X1=X1, X2=X2)
+        phi = evaluate(students.phi, X=X, **rest)
     else:
-        phi = _areas(display.vertices, X0, X1, X2)
+        phi = (_areas if len(rest) == 3 else _volumes)(X, *rest.values())
     return Skin(corners, phi, roles.calling(NEEDS["carrying"]))
 
 
@@ -66,6 +72,32 @@ def _areas(X: np.ndarray, X0: np.ndarray, X1: np.ndarray, X2: np.ndarray) -> np.
     phi1 = np.einsum("ij,ij->i", np.cross(X - X0, X2 - X0), m) / total
     phi2 = np.einsum("ij,ij->i", np.cross(X1 - X0, X - X0), m) / total
     return np.stack([1 - phi1 - phi2, phi1, phi2], axis=1)
+
+
+def _volumes(X: np.ndarray, X0: np.ndarray, X1: np.ndarray, X2: np.ndarray, X3: np.ndarray) -> np.ndarray:
+    """Barycentric coordinates as ratios of signed volumes."""
+    a, b, c, d = X1 - X0, X2 - X0, X3 - X0, X - X0
+    total = np.einsum("ij,ij->i", np.cross(a, b), c)
+    phi1 = np.einsum("ij,ij->i", np.cross(d, b), c) / total
+    phi2 = np.einsum("ij,ij->i", np.cross(a, d), c) / total
+    phi3 = np.einsum("ij,ij->i", np.cross(a, b), d) / total
+    return np.stack([1 - phi1 - phi2 - phi3, phi1, phi2, phi3], axis=1)
+
+
+def _nearest_tetrahedron(points: np.ndarray, mesh: TetMesh, candidates: int = 24) -> np.ndarray:
+    """The tetrahedron (k,) each point is in, or least outside, among the `candidates` with the nearest centroids."""
+    from scipy.spatial import cKDTree
+
+    corners = mesh.vertices[mesh.cells]
+    count = min(candidates, len(corners))
+    _, near = cKDTree(corners.mean(axis=1)).query(points, k=count)
+    near = np.asarray(near).reshape(len(points), count)
+    best, deepest = near[:, 0].copy(), np.full(len(points), -np.inf)
+    for column in near.T:
+        least = _volumes(points, *(corners[column, k] for k in range(4))).min(axis=1)
+        deeper = least > deepest + 1e-12
+        best[deeper], deepest[deeper] = column[deeper], least[deeper]
+    return best
 
 
 def _nearest_triangle(points: np.ndarray, mesh: Mesh, candidates: int = 16) -> np.ndarray:

@@ -38,6 +38,15 @@ NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
 STRAIN_ENERGY = PARTS
 
 
+def constants(mu: float, lam: float, course_parameters: bool = False) -> tuple[float, float]:
+    """C and D of the Neo-Hookean energy [Pa] from Lamé parameters.
+
+    C = mu/2, and D = lam/2 + mu/3: half the bulk modulus, so that small strains have the E and nu that were asked for.
+    The course takes D = lam/2 (`course_parameters`); then the bulk modulus is lam instead of lam + 2/3 mu.
+    """
+    return mu / 2, lam / 2 + (0.0 if course_parameters else mu / 3)
+
+
 def needed(energy: str = ENERGIES[0]) -> dict[str, tuple[str, ...]]:
     """Tasks behind each part of a solid with this energy."""
     own = () if energy == ENERGIES[0] else STRAIN_ENERGY
@@ -103,6 +112,11 @@ class Solid(Body):
         super().__init__(X, cells, elements, mass, surface, self.roles, self.needs, stiffness)
 
     @property
+    def undeformed(self) -> TetMesh:
+        """The mesh it was made of."""
+        return self.solid
+
+    @property
     def lame(self) -> tuple[float, float]:
         """Lamé parameters (mu, lam) of small strains [Pa]."""
         return 2 * self.C, 2 * self.D - 4 / 3 * self.C
@@ -140,7 +154,8 @@ class Solid(Body):
             return KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
         return super()._moving_energies()
 
-    _word = "solid"
+    word = "solid"
+    exact_near_rest = True
 
 
 def _require_tasks(functions: Functions | None) -> None:

@@ -198,6 +198,7 @@ class _Opening:
     shown_triangles: np.ndarray
     frames: list[np.ndarray]
     times: np.ndarray
+    cells: np.ndarray | None = None
 
 
 def _opening(scene: Scene) -> _Opening:

@@ -25,6 +25,9 @@ from muslin.present.naming import beside, placed
 #: The cloth's back: a shade darker than its front, so that folds read as one cloth.
 BACK = "#a63d2b"
 
+#: What solids are made of: smooth, with highlights.
+JELLY = render.Material("solid", "#c23b2e", roughness=0.35, translucency=0.1)
+
 
 class Show:
     """What there is to see in a run, frame by frame.
@@ -60,7 +63,7 @@ class Show:
         self.scene = run.scene
         self.uv = stage.pattern(run.rest)
         self.depth = float(run.energies["penetration"].max()) if sinks is None else sinks
-        self.cloth = replace(render.CLOTH, back=BACK)
+        self.cloth = replace(render.CLOTH, back=BACK) if run.cells is None else JELLY
         self.legend = None
         if strain:
             most = max(1.02, *(float(self.strain(k).max()) for k in _some(len(self.frames), 12)))

@@ -4,9 +4,9 @@ Linearly implicit Euler is one Newton step of backward Euler, from the current v
 
     (M + dt^2 K) v+ = M v + dt f(q),    q+ = q + dt v+,    K = d2V/dq2 (projected)
 
-Both detect contacts at q and filter v+ at them (S10). With `contact="solve"` linearly implicit Euler knows of them
-when it solves: (M + dt^2 K) v+ = M v + dt f(q) + sum_i lambda_i n_i, with impulses lambda_i that keep vertices in
-contact from moving inwards.
+Both detect contacts at q and filter v+ at them (S10). With `contact="solve"` they know of them when they solve:
+(M + dt^2 K) v+ = M v + dt f(q) + sum_i lambda_i n_i, with impulses lambda_i that keep vertices in contact from moving
+inwards (see `touching`).
 """
 
 from __future__ import annotations
@@ -20,6 +20,7 @@ from muslin.base.errors import MuslinError, SimulationError, choices
 from muslin.physics.colliders import Contacts, respond
 from muslin.simulation import newton
 from muslin.simulation.model import NOBODY, Model, Spring, State
+from muslin.simulation.touching import Touching
 
 __all__ = [
     "INTEGRATORS",
@@ -103,7 +104,8 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
         If Newton does not converge.
     """
     contacts = model.contacts(state, dt)
-    step = _BackwardEuler(model, state, dt)
+    touching = [contact for contact in contacts if len(contact.vertices)]
+    step = _BackwardEuler(model, state, dt, Touching.of(model, touching, dt))
     v = newton.minimise(step, step.start(), model.tolerance)
     return _finish(model, state, v.reshape(-1, 3), contacts, dt)
 
@@ -115,11 +117,12 @@ class _BackwardEuler:
     impulses. Its rounding error is that of the forces, 32 eps |K| |x|.
     """
 
-    def __init__(self, model: Model, state: State, dt: float):
-        self.model, self.state, self.dt = model, state, dt
+    def __init__(self, model: Model, state: State, dt: float, touching: Touching | None = None):
+        self.model, self.state, self.dt, self.touching = model, state, dt, touching
         self.air = model.wind_force(state.x, state.v)
         self.free = np.repeat(~model.system.held, 3)
         self._v, self._x = state.v.ravel(), state.x
+        self._project = model.project
 
     def start(self) -> np.ndarray:
         """The velocity before the step, with that of the held vertices in it, (3n,)."""
@@ -127,6 +130,10 @@ class _BackwardEuler:
         known = self.model.known_velocity(self.state.time, self.dt)
         start[held] = 0.0 if known is None else known[held]
         return start.ravel()
+
+    def shorter(self, v: np.ndarray) -> np.ndarray:
+        """Half this velocity, but for the held vertices."""
+        return np.where(self.free, v / 2, v)
 
     def value(self, v: np.ndarray) -> float:
         """Phi(v) [J]."""
@@ -136,7 +143,8 @@ class _BackwardEuler:
         dv = v - state.v.ravel()
         work = float(np.sum(self.air * (self._x - state.x)))
         kinetic = 0.5 * float(dv @ (model.body.mass @ dv))
-        return kinetic + model.body.energy_here() + model.potential(self._x) - work
+        phi = kinetic + model.body.energy_here() + model.potential(self._x) - work
+        return phi + self.touching.value(v) if self.touching else phi
 
     def gradient(self) -> tuple[np.ndarray, float]:
         """dPhi/dv, (3n,) [N s]."""
@@ -144,17 +152,25 @@ class _BackwardEuler:
         momentum = body.mass @ (self._v - self.state.v.ravel())
         elastic = self.dt * body.gradient_here().ravel()
         external = self.dt * (self.model.conservative_force(self._x) + self.air).ravel()
-        terms = (momentum, elastic, external, body.mass @ self._v)
-        return momentum + elastic - external, max(self.size(term) for term in terms)
+        terms = [momentum, elastic, external, body.mass @ self._v]
+        r = momentum + elastic - external
+        if self.touching:
+            terms.append(self.touching.gradient(self._v))
+            r = r + terms[-1]
+        return r, max(self.size(term) for term in terms)
 
-    def assemble(self) -> None:
-        """Write M + dt^2 K down."""
-        self.model.assemble(self.dt)
+    def assemble(self, exact: bool) -> bool:
+        """Write M + dt^2 K down, with the exact K only where the body wants it."""
+        self._project = self.model.project and not (exact and self.model.body.exact_near_rest)
+        self.model.assemble(self.dt, self._project)
+        if self.touching:
+            self.model.add_to_diagonal(*self.touching.blocks(self._v))
+        return not self._project
 
     def rounding(self) -> np.ndarray:
         """Error of the impulses dt f that rounding alone makes, (3n,) [N s]."""
         body, spring = self.model.body, self.model.spring
-        K = body.stiffness_here(self.model.project)
+        K = body.stiffness_here(self._project)
         if spring:
             K[body.pattern.diagonal[spring.vertex]] += spring.stiffness
         impulses = self.dt * np.abs(body.pattern.matrix(K)) @ np.abs(self._x).ravel()
@@ -251,6 +267,8 @@ def steps(model: Model, state: State, dt: float, name: str, count: int | None = 
     model.body.update(state.x)
     yield state
     for step in itertools.count(1) if count is None else range(1, count + 1):
+        if model.pull is not None:
+            model.spring = model.pull(state.time)
         following = advance(model, state, dt)
         _require_sound(following)
         model.body.update(following.x)

@@ -98,7 +98,7 @@ def march(
         The number of `state`.
     """
     body, first, interrupted = model.body, start or state, False
-    skin = bind(shown, body.mesh, body.functions, body.stand_ins) if shown is not None else None
+    skin = bind(shown, body.undeformed, body.functions, body.stand_ins) if shown is not None else None
     with np.errstate(invalid="ignore", over="ignore"):
         states = steps(model, state, scene.dt, scene.integrator, scene.steps - step)
         next(states)
@@ -121,7 +121,7 @@ def march(
                 if on_step:
                     on_step(step, scene.steps)
         except Exploded as error:
-            raise _blown_up(error, step + 1, scene, writer) from None
+            raise _blown_up(error, step + 1, scene, writer, body.word) from None
         except KeyboardInterrupt:
             interrupted = True
         finally:
@@ -170,8 +170,8 @@ def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
     return (step, state.time, kinetic, elastic, gravity, total, count, slowest, deepest)
 
 
-def _blown_up(error: Exploded, step: int, scene: Scene, writer: Writer | None) -> SimulationError:
+def _blown_up(error: Exploded, step: int, scene: Scene, writer: Writer | None, word: str) -> SimulationError:
     kept = f" What was simulated until then is in {paths.shown(writer.folder)}." if writer else ""
     return SimulationError(
-        f"The cloth of {scene.name!r} exploded at step {step}: {error.how}.", f"{error.hint}{kept}"
+        f"The {word} of {scene.name!r} exploded at step {step}: {error.how}.", f"{error.hint}{kept}"
     )

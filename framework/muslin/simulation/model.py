@@ -68,6 +68,8 @@ class Model:
         Air velocity [m/s], felt with `drag` [kg/m^3] across each triangle of the surface.
     spring : Spring, optional
         Drag spring; may be exchanged between steps.
+    pull : callable, optional
+        time -> the drag spring of the step that begins then, or None; without it, `spring` stays.
     project : bool
         Make element Hessians positive semi-definite (leave it on).
     solver : str
@@ -89,6 +91,7 @@ class Model:
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
     drag: float = 0.0
     spring: Spring | None = None
+    pull: Callable[[float], Spring | None] | None = None
     project: bool = True
     solver: str = "auto"
     tolerance: float = 1e-8
@@ -155,9 +158,9 @@ class Model:
         """Compute all that a step needs of the elements at the body's positions, in one go."""
         self.body.prepare("energy", "gradient", "hessian", project=self.project)
 
-    def assemble(self, dt: float) -> None:
-        """Write M + dt^2 K at the body's current positions into `system`."""
-        self.body.prepare("hessian", project=self.project)
+    def assemble(self, dt: float, project: bool | None = None) -> None:
+        """Write M + dt^2 K at the body's current positions into `system`; `project` if not the model's own."""
+        self.body.prepare("hessian", project=self.project if project is None else project)
         self._assemble(dt**2)
         if self.spring:
             self.add_to_diagonal(

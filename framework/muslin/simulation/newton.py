@@ -15,6 +15,9 @@ ITERATIONS = 2000
 #: Share of the slope's promise that a step must keep (Armijo), and the shortest part of a step that is tried.
 KEPT, SHORTEST = 1e-4, 1e-10
 
+#: Share of its largest term below which the gradient is so small that the minimum is near.
+NEAR = 0.1
+
 #: Rounding of the function itself, relative to its size: of a sum, and of what cancels near the minimum.
 ROUNDING, CANCELLED = 1e-14, 1e-11
 
@@ -29,12 +32,20 @@ class Problem(Protocol):
         """phi(v); not finite, or a `SimulationError`, where there is no such value."""
         ...
 
+    def shorter(self, v: np.ndarray) -> np.ndarray:
+        """Half the way from v to where things are now: to where phi is finite, if it is not at v."""
+        ...
+
     def gradient(self) -> tuple[np.ndarray, float]:
         """The gradient (k,), and the size of the largest of the terms that cancel in it."""
         ...
 
-    def assemble(self) -> None:
-        """Write down the Hessian: `rounding` and `solve` are about it."""
+    def assemble(self, exact: bool) -> bool:
+        """Write down the Hessian: `rounding` and `solve` are about it.
+
+        Away from the minimum one that was made positive semi-definite is a safe guide; near it, where it is so by
+        itself, the `exact` one is a fast one. Returns whether it is.
+        """
         ...
 
     def rounding(self) -> np.ndarray:
@@ -70,7 +81,8 @@ def minimise(problem: Problem, v: np.ndarray, tolerance: float) -> np.ndarray:
     SimulationError
         If that is not found.
     """
-    phi = problem.value(v)
+    v, phi = _begun(problem, v)
+    whole = False
     for _ in range(ITERATIONS):
         r, scale = problem.gradient()
         size = problem.size(r)
@@ -78,12 +90,17 @@ def minimise(problem: Problem, v: np.ndarray, tolerance: float) -> np.ndarray:
             raise SimulationError("Newton's method met a NaN.", "Reduce dt, or look at your functions.")
         if size <= tolerance * scale:
             return v
-        problem.assemble()
+        exact = problem.assemble(whole and size <= NEAR * scale)
         noise = problem.rounding()
         step = problem.solve(-r)
+        if exact and not float(r @ step) < 0:
+            problem.assemble(False)
+            step = problem.solve(-r)
         if size <= problem.size(noise) or problem.is_nothing(step):
             return v
-        v, phi = _search(problem, v, phi, step, float(r @ step), float(noise @ np.abs(step)), size / scale)
+        v, phi, whole = _search(
+            problem, v, phi, step, float(r @ step), float(noise @ np.abs(step)), size / scale
+        )
     raise SimulationError(
         f"Newton's method did not converge in {ITERATIONS} iterations: "
         f"the residual is {size / scale:.1e} of its scale.",
@@ -91,10 +108,20 @@ def minimise(problem: Problem, v: np.ndarray, tolerance: float) -> np.ndarray:
     )
 
 
+def _begun(problem: Problem, v: np.ndarray) -> tuple[np.ndarray, float]:
+    """Where to begin, and phi there: v, or nearer to where things are where phi(v) is infinite."""
+    phi, length = problem.value(v), 1.0
+    while phi == np.inf and length > SHORTEST:
+        length /= 2
+        v = problem.shorter(v)
+        phi = problem.value(v)
+    return v, phi
+
+
 def _search(
     problem: Problem, v: np.ndarray, phi: float, step: np.ndarray, slope: float, noise: float, left: float
-) -> tuple[np.ndarray, float]:
-    """The first of v + step, v + step / 2, ... that goes down far enough, and phi there."""
+) -> tuple[np.ndarray, float, bool]:
+    """The first of v + step, v + step / 2, ... that goes down far enough, phi there, and whether it is the first."""
     allowed = noise + ROUNDING * abs(phi)
     if -slope < CANCELLED * abs(phi):  # so near the minimum that the energy's own rounding hides the way down
         allowed += CANCELLED * abs(phi)
@@ -107,7 +134,7 @@ def _search(
                 "Reduce dt, or check force and Hessian against each other.",
             )
         trial = _attempt(problem, v + length * step)
-    return v + length * step, trial
+    return v + length * step, trial, length == 1.0
 
 
 def _attempt(problem: Problem, v: np.ndarray) -> float:

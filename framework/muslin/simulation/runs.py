@@ -3,7 +3,8 @@
 ==================  =====================================================================================
 `run.json`          scene, parameters, version: enough to repeat the run
 `mesh.npz`          simulation mesh: vertices X (n, 3), triangles (m, 3), held (k,); numbers (n,) of the
-                    vertices in their file, where some of that were left out
+                    vertices in their file, where some of that were left out; cells (m, 4) of a solid,
+                    whose triangles are its surface
 `display.npz`       display mesh, where there is one: vertices, triangles
 `frames/000000.npy` positions at a frame, named by its step, (n, 3) float64 [m]; `display/` likewise
 `energies.csv`      one row per step: kinetic, elastic, gravity energy [J], contacts
@@ -30,6 +31,7 @@ from muslin.base import engine, paths
 from muslin.base.errors import MuslinError
 from muslin.base.writing import write
 from muslin.mesh import Mesh
+from muslin.physics.body import Body
 from muslin.simulation import scenes
 from muslin.simulation.model import State
 from muslin.simulation.scenes import Scene
@@ -96,10 +98,13 @@ class Writer:
                     frame.unlink()
         return writer
 
-    def meshes(self, mesh: Mesh, held: np.ndarray, display: Mesh | None) -> None:
+    def meshes(self, body: Body, held: np.ndarray, display: Mesh | None) -> None:
         """Save what does not move."""
+        mesh = body.mesh
         with _writing(self.folder):
             fixed = {"X": mesh.vertices, "triangles": mesh.triangles, "held": held}
+            if body.pattern.corners == 4:
+                fixed["cells"] = body.cells
             if mesh.numbers is not None:
                 fixed["numbers"] = mesh.numbers
             np.savez(self.folder / "mesh.npz", allow_pickle=False, **fixed)
@@ -170,7 +175,7 @@ class RunFolder:
             self.scene: Scene = scenes.get(self.description["scene"], **self.description["parameters"])
         with _reading(self.folder / "mesh.npz") as path, np.load(path) as mesh:
             self.X, self.triangles, self.held = mesh["X"], mesh["triangles"], mesh["held"]
-            self.numbers = mesh.get("numbers")
+            self.numbers, self.cells = mesh.get("numbers"), mesh.get("cells")
         self.rest, self.shown_triangles = self.X, self.triangles
         if (self.folder / "display.npz").is_file():
             with _reading(self.folder / "display.npz") as path, np.load(path) as display:

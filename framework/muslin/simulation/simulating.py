@@ -15,11 +15,10 @@ import numpy as np
 from muslin import mesh as meshes
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.mesh import Mesh
-from muslin.physics.cloth import Cloth
+from muslin.mesh import Mesh, TetMesh
 from muslin.simulation import scenes
 from muslin.simulation.marching import Run, march
-from muslin.simulation.model import Model, Spring, State
+from muslin.simulation.model import Model, State
 from muslin.simulation.runs import RunFolder, Writer
 from muslin.simulation.scenes import Scene
 from muslin.tasks import Functions, load
@@ -28,9 +27,9 @@ from muslin.tasks import Functions, load
 def build(
     scene: Scene,
     functions: Functions | None = None,
-    energy: str = "linearised",
+    energy: str | None = None,
     hessian: str = "closed",
-    mesh: Mesh | None = None,
+    mesh: Mesh | TetMesh | None = None,
     stand_ins: Iterable[str] = (),
 ) -> tuple[Model, State]:
     """Model and starting state of a scene, with another mesh than its own if one is given.
@@ -43,18 +42,7 @@ def build(
     state : State
     """
     mesh = scene.load_mesh() if mesh is None else mesh
-    mu, lam = scene.lame
-    cloth = Cloth(
-        mesh,
-        mu=mu,
-        lam=lam,
-        rho=scene.rho,
-        h=scene.h,
-        functions=functions,
-        energy=energy,
-        hessian=hessian,
-        stand_ins=stand_ins,
-    )
+    body = scene.body(mesh, functions, energy or scene.ENERGIES[0], hessian, stand_ins)
     x = np.ascontiguousarray(scene.start(scene, mesh))
     middle = (x.min(axis=0) + x.max(axis=0)) / 2
     x = middle + (x - middle) * np.asarray(scene.stretch) if scene.stretch != (1.0, 1.0, 1.0) else x
@@ -67,14 +55,15 @@ def build(
         return (carried(scene, start, time + dt) - carried(scene, start, time)) / dt
 
     model = Model(
-        cloth,
+        body,
         gravity=np.asarray(scene.gravity),
         held=held,
         held_velocity=held_velocity if carried else None,
         colliders=lambda time: scene.colliders(scene, time),
         wind=scene.wind,
         drag=scene.drag,
-        spring=_spring(scene, mesh),
+        spring=scene.spring(mesh, 0.0),
+        pull=lambda time: scene.spring(mesh, time),
         project=scene.project,
         solver=scene.solver,
         contact=scene.contact,
@@ -86,19 +75,13 @@ def build(
     return model, State(x, v)
 
 
-def _spring(scene: Scene, mesh: Mesh) -> Spring | None:
-    if scene.drag_vertex < 0:
-        return None
-    return Spring(int(mesh.find(scene.drag_vertex)[0]), scene.drag_to, scene.drag_stiffness)
-
-
 def simulate(
     scene: str | Scene,
     *,
     functions: Functions | Path | str | None = None,
     steps: int | None = None,
-    mesh: Mesh | tuple[np.ndarray, np.ndarray] | Path | str | None = None,
-    energy: str = "linearised",
+    mesh: Mesh | TetMesh | tuple[np.ndarray, np.ndarray] | Path | str | None = None,
+    energy: str | None = None,
     hessian: str = "closed",
     stand_ins: Iterable[str] = (),
     display: Path | str | None = None,
@@ -118,9 +101,10 @@ def simulate(
         Whose functions run: a folder of the assignment's files. Default: the framework's own element.
     steps : int, optional
         Time steps; default the scene's.
-    mesh : path, Mesh or (vertices, triangles), optional
-        Another undeformed cloth than the scene's.
-    energy : {"linearised", "area", "volumetric"}
+    mesh : path, Mesh, TetMesh or (vertices, cells), optional
+        Another undeformed cloth or solid than the scene's.
+    energy : str, optional
+        Of cloth linearised (the default), area or volumetric; of solids see `muslin.physics.solid.ENERGIES`.
     hessian : {"closed", "lecture"}
     stand_ins : names of tasks
         Whose functions must not be called: native code computes what needs them. `muslin.physics.stand_ins.unusable`
@@ -151,8 +135,7 @@ def simulate(
     """
     if resume:
         given = {"mesh": mesh, "display": display, "stand_ins": tuple(stand_ins) or None, **parameters}
-        if (energy, hessian) != ("linearised", "closed"):
-            given |= {"energy": energy, "hessian": hessian}
+        given |= {"energy": energy, "hessian": None if hessian == "closed" else hessian}
         if changed := [name for name, value in given.items() if value is not None]:
             raise MuslinError(f"A resumed run keeps its parameters: {', '.join(changed)} cannot change.")
         return _resume(scene, functions, steps, out, on_step)
@@ -162,14 +145,15 @@ def simulate(
     if on_notice:
         for remark in chosen.remarks(mesh, model.held):
             on_notice(remark)
-    shown = meshes.load(display).scaled(mesh.scale) if display is not None else None
+    shown = chosen.skin(mesh) if display is None else meshes.load(display).scaled(mesh.scale)
+    energy = energy or chosen.ENERGIES[0]
     if out is None:
         return march(chosen, model, state, shown=shown, on_step=on_step)
     _require_repeatable(chosen)
 
     def writer() -> Writer:
         opened = Writer(out, _description(chosen, functions, energy, hessian, model.body.stand_ins))
-        opened.meshes(model.body.mesh, model.held, shown)
+        opened.meshes(model.body, model.held, shown)
         return opened
 
     return march(chosen, model, state, writer, shown, on_step)
@@ -177,9 +161,9 @@ def simulate(
 
 def _chosen(
     scene: str | Scene,
-    mesh: Mesh | tuple[np.ndarray, np.ndarray] | Path | str | None,
+    mesh: Mesh | TetMesh | tuple[np.ndarray, np.ndarray] | Path | str | None,
     parameters: dict[str, Any],
-) -> tuple[Scene, Mesh]:
+) -> tuple[Scene, Mesh | TetMesh]:
     """The scene with these parameters, and its mesh or the one given, scaled."""
     if isinstance(mesh, (str, Path)):
         parameters, mesh = parameters | {"mesh": str(mesh)}, None
@@ -187,7 +171,7 @@ def _chosen(
         scenes.get(scene, **parameters) if isinstance(scene, str) else scenes.override(scene, **parameters)
     )
     if isinstance(mesh, tuple):
-        mesh = Mesh.from_arrays(*mesh)
+        mesh = chosen.MESH.from_arrays(*mesh)
     return chosen, chosen.load_mesh() if mesh is None else chosen.scaled(mesh)
 
 
@@ -233,7 +217,8 @@ def _resume(
     if functions is None and recorded["functions"]:
         functions = recorded["functions"]
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
-    mesh = replace(Mesh.from_arrays(folder.X, folder.triangles), numbers=folder.numbers)
+    mesh = chosen.MESH.from_arrays(folder.X, folder.triangles if folder.cells is None else folder.cells)
+    mesh = replace(mesh, numbers=folder.numbers)
     stand_ins = recorded.get("stand_ins", ())
     model, start = build(chosen, functions, recorded["energy"], recorded["hessian"], mesh, stand_ins)
     state, step = folder.checkpoint()

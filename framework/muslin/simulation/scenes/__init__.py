@@ -12,7 +12,7 @@ from typing import Any
 from muslin.base.errors import MuslinError, choices
 from muslin.simulation.scenes.scene import Scene, override
 
-SCENES = ("course", "throw", "drape", "hang", "freefall", "cape")
+SCENES = ("course", "throw", "drape", "hang", "freefall", "cape", "beam", "jelly", "twist", "drop", "wobble")
 
 __all__ = ["SCENES", "Scene", "get", "override"]
 

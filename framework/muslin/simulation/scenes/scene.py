@@ -3,19 +3,22 @@
 from __future__ import annotations
 
 import dataclasses
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
 from muslin import mesh as meshes
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
-from muslin.mesh import Mesh
+from muslin.mesh import Mesh, TetMesh
+from muslin.physics.body import Body
 from muslin.physics.colliders import CONTACT, Collider, Plane, Sphere
 from muslin.physics.material import lame
+from muslin.simulation.model import Spring
+from muslin.tasks import Functions
 
 EARTH = (0.0, -9.81, 0.0)
 Vec = tuple[float, float, float]
@@ -109,11 +112,42 @@ class Scene:
     ground: float | None = None  # height of the ground in the picture
     floor: bool = False  # whether the ground is solid
     size: float = 1.0  # longest side of the cloth the scene is made for [m]
-    start: Callable[[Any, Mesh], np.ndarray] = as_it_is
+    start: Callable[[Any, Any], np.ndarray] = as_it_is
     colliders: Callable[[Any, float], tuple[Collider, ...]] = sphere_and_floor
     carried: Callable[[Any, np.ndarray, float], np.ndarray] | None = (
         None  # where pinned vertices are at a time
     )
+
+    #: The energies a body of the scene may have; the first is the default.
+    ENERGIES: ClassVar[tuple[str, ...]] = ("linearised", "area", "volumetric")
+
+    #: What it is made of.
+    MESH: ClassVar[type[Mesh] | type[TetMesh]] = Mesh
+
+    #: What messages call what is simulated.
+    WORD: ClassVar[str] = "cloth"
+
+    def body(
+        self, mesh: Any, functions: Functions | None, energy: str, hessian: str, stand_ins: Iterable[str]
+    ) -> Body:
+        """What is simulated, on its undeformed mesh; see `muslin.simulation.simulating.simulate`."""
+        from muslin.physics.cloth import Cloth
+
+        mu, lam = self.lame
+        return Cloth(
+            mesh, mu=mu, lam=lam, rho=self.rho, h=self.h, functions=functions, energy=energy,
+            hessian=hessian, stand_ins=stand_ins,
+        )  # fmt: skip
+
+    def skin(self, mesh: Any) -> Mesh | None:
+        """A finer mesh that the scene carries along and shows, undeformed like its own mesh; None: there is none."""
+        return None
+
+    def spring(self, mesh: Any, time: float) -> Spring | None:
+        """The mouse at a time: what pulls at one vertex."""
+        if self.drag_vertex < 0:
+            return None
+        return Spring(int(mesh.find(self.drag_vertex)[0]), self.drag_to, self.drag_stiffness)
 
     @property
     def lame(self) -> tuple[float, float]:
@@ -137,15 +171,15 @@ class Scene:
         file = shipped if shipped.is_file() and not Path(self.mesh).exists() else self.mesh
         return self.scaled(meshes.load(file))
 
-    def scaled(self, mesh: Mesh) -> Mesh:
+    def scaled(self, mesh: Any) -> Any:
         """A mesh at the scene's `scale`."""
         return mesh.scaled(self.factor(mesh))
 
-    def factor(self, mesh: Mesh) -> float:
+    def factor(self, mesh: Mesh | TetMesh) -> float:
         """What `scale` multiplies a mesh's coordinates with."""
         return self.size / mesh.extent if self.scale == "fit" else _number(self.scale)
 
-    def pinned_vertices(self, mesh: Mesh) -> np.ndarray:
+    def pinned_vertices(self, mesh: Mesh | TetMesh) -> np.ndarray:
         """Numbers of the vertices that are held.
 
         Raises
@@ -156,13 +190,16 @@ class Scene:
         X = mesh.vertices
         if self.pinned in PINS:
             held = PINS[self.pinned](X, mesh.extent)
+        elif any(side in self.pinned for side in SIDES):
+            held = _near_sides(self.pinned, X, mesh.extent)
         else:
             try:
                 numbers = [int(word) for word in str(self.pinned).replace(",", " ").split()]
             except ValueError:
                 raise MuslinError(
                     f"pinned = {self.pinned!r} is not understood.",
-                    f"Write one of {', '.join(PINS)}, or vertex numbers such as 0,19.",
+                    f"Write one of {', '.join(PINS)}, vertex numbers such as 0,19, or lowest:0.1 for all within "
+                    f"0.1 of the lowest (also {', '.join([*SIDES][1:])}).",
                 ) from None
             held = np.unique(mesh.find(np.array(numbers, dtype=np.int64)))
         if len(held) == len(X):
@@ -176,7 +213,7 @@ class Scene:
             )
         return held
 
-    def remarks(self, mesh: Mesh, held: np.ndarray) -> tuple[str, ...]:
+    def remarks(self, mesh: Mesh | TetMesh, held: np.ndarray) -> tuple[str, ...]:
         """What a person should know of a mesh in this scene before it is simulated.
 
         What was left out or changed when it was read, and a size or pins that do not fit the scene.
@@ -192,7 +229,7 @@ class Scene:
         if not self.size / FAR_OFF < mesh.extent < self.size * FAR_OFF:
             meets = f", and the sphere's radius is {self.sphere_radius:g} m" if self.sphere else ""
             said.append(
-                f"The cloth {mesh.name!r} is {mesh.extent:.3g} m across; the scene {self.name!r} is made for "
+                f"The {self.WORD} {mesh.name!r} is {mesh.extent:.3g} m across; the scene {self.name!r} is made for "
                 f"one of {self.size:.3g} m{meets}. If the mesh is not in metres, scale it: --scale 0.001 from "
                 "millimetres, --scale 0.01 from centimetres, or --scale fit."
             )
@@ -205,7 +242,7 @@ class Scene:
         return tuple(said)
 
 
-def _two_ends(mesh: Mesh) -> str:
+def _two_ends(mesh: Mesh | TetMesh) -> str:
     """A setting that pins the two vertices farthest apart in x."""
     x = mesh.vertices[:, 0]
     ends = mesh.called(np.array([np.argmin(x), np.argmax(x)]))
@@ -246,6 +283,30 @@ PINS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
 }
 
 
+#: Sides of a body: the axis, and which end of it. `lowest:3` are the vertices within 3 [m] of the lowest.
+SIDES = {
+    "lowest": (1, -1),
+    "highest": (1, 1),
+    "left": (0, -1),
+    "right": (0, 1),
+    "back": (2, -1),
+    "front": (2, 1),
+}
+
+
+def _near_sides(rule: str, X: np.ndarray, size: float) -> np.ndarray:
+    """Vertices within some distance of sides: `lowest:3`, or several: `left:0.01,right:0.01`."""
+    held = np.zeros(len(X), dtype=bool)
+    for part in rule.replace(",", " ").split():
+        side, _, reach = part.partition(":")
+        if side not in SIDES:
+            raise MuslinError(f"pinned = {rule!r} is not understood.", choices(side, SIDES))
+        axis, end = SIDES[side]
+        along = end * X[:, axis]
+        held |= along >= along.max() - _convert("pinned", reach or "0", "float") - 1e-9 * size
+    return np.flatnonzero(held)
+
+
 def override(scene: Scene, **values: Any) -> Scene:
     """Copy of a scene with some parameters changed; text is converted to the parameter's type.
 
@@ -278,10 +339,6 @@ def override(scene: Scene, **values: Any) -> Scene:
     if changed.contact not in CONTACT:
         raise MuslinError(
             f"contact = {changed.contact!r} is not understood.", f"Write {' or '.join(CONTACT)}."
-        )
-    if changed.contact == "solve" and changed.integrator != "linearly-implicit":
-        raise MuslinError(
-            f"contact=solve does not go with integrator={changed.integrator}.", "Leave one out."
         )
     if changed.stretch_limit and not changed.stretch_limit > 1:
         raise MuslinError(
