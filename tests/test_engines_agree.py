@@ -24,9 +24,10 @@ import sys
 import numpy as np
 import muslin
 from muslin.simulation import scenes
-f = muslin.load({solution!r})
+functions = {{name: muslin.load({solutions!r} + "/" + name) for name in ("cloth", "solids")}}
 found = {{}}
 for name in scenes.SCENES:
+    f = functions["solids" if name in scenes.SOLIDS else "cloth"]
     run = muslin.simulate(name, functions=f, steps={steps!r}.get(name, 3))
     found[name + ": x"], found[name + ": v"] = run.x, run.v
     found[name + ": energy"] = np.array(run.energies["elastic"])
@@ -62,7 +63,7 @@ def computed(tmp_path_factory):
     results = {}
     for name in engine.ENGINES:
         out = folder / f"{name}.npz"
-        code = COMPUTE.format(solution=str(ROOT / "solutions" / "cloth"), steps=STEPS, out=str(out))
+        code = COMPUTE.format(solutions=str(ROOT / "solutions"), steps=STEPS, out=str(out))
         environment = os.environ | {engine.VARIABLE: name, "MUSLIN_THREADS": "1"}
         subprocess.run([sys.executable, "-c", code], env=environment, check=True, capture_output=True)
         with np.load(out) as data:

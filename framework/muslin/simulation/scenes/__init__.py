@@ -1,7 +1,7 @@
 """Scenes: what is simulated, one small file each; every parameter can be overridden by name.
 
 `get(name, **overrides)` returns a `Scene`; `SCENES` lists the names. To add one, write a file with a `SCENE` in
-this folder and name it in `SCENES`.
+this folder and name it in `CLOTHS` or `SOLIDS`.
 """
 
 from __future__ import annotations
@@ -12,9 +12,11 @@ from typing import Any
 from muslin.base.errors import MuslinError, choices
 from muslin.simulation.scenes.scene import Scene, override
 
-SCENES = ("course", "throw", "drape", "hang", "freefall", "cape", "beam", "jelly", "twist", "drop", "wobble")
+CLOTHS = ("course", "throw", "drape", "hang", "freefall", "cape")
+SOLIDS = ("beam", "jelly", "twist", "drop", "wobble")
+SCENES = CLOTHS + SOLIDS
 
-__all__ = ["SCENES", "Scene", "get", "override"]
+__all__ = ["CLOTHS", "SCENES", "SOLIDS", "Scene", "get", "override"]
 
 
 def get(name: str, **overrides: Any) -> Scene:

@@ -18,6 +18,7 @@ SCENE = SolidScene(
     name="drop",
     title="A bear of jelly falls onto a sphere and the floor",
     mesh="creature",
+    size=1.075,
     E=2e5,
     nu=0.4,
     rho=1000.0,

@@ -6,6 +6,7 @@ SCENE = SolidScene(
     name="jelly",
     title="A bear of jelly, pulled by its head and let go",
     mesh="creature",
+    size=1.075,
     pinned="lowest:0.05",
     E=4e5,
     nu=0.42,

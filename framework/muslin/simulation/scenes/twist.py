@@ -36,6 +36,7 @@ SCENE = Twist(
     resolution=5,
     length=1.2,
     thickness=0.24,
+    size=1.2,
     pinned="left:0",
     E=1e5,
     nu=0.4,
