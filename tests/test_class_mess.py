@@ -11,8 +11,7 @@ import class_mess as mess
 import grading_samples as samples
 import pytest
 
-from muslin.classes import engines
-from muslin.classes import reports as press
+from muslin.classes import engines, reports
 from muslin.classes.reports import Printed
 from muslin.classes.run import grade_class
 from muslin.classes.work import Result
@@ -40,7 +39,7 @@ def quick(monkeypatch):
     quick = Quick()
     monkeypatch.setattr(engines, "local", quick.local)
     monkeypatch.setattr(
-        press, "press", lambda folder, rows, tick: {r.key: Printed(b"", "") for r in rows if r.record}
+        reports, "make", lambda folder, rows, tick: {r.key: Printed(b"", "") for r in rows if r.record}
     )
     return quick
 

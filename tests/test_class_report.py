@@ -21,8 +21,7 @@ from test_grading_html import Page, home, in_a_browser, opened  # noqa: F401  (h
 from muslin import tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.classes import engines, gradebook, overrides, page, similarity, work
-from muslin.classes import reports as press
+from muslin.classes import engines, gradebook, overrides, page, reports, similarity, work
 from muslin.classes.finding import Student, Submission
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger
@@ -318,11 +317,11 @@ def test_no_scheduler_is_said_in_one_line(monkeypatch):
     "code", ["import time; time.sleep(60)", "import os; os._exit(3)", "print('no answer')"]
 )
 def test_a_drawing_that_hangs_or_dies_costs_a_picture_only(code, monkeypatch, tmp_path):
-    monkeypatch.setattr(press, "python", lambda module: [sys.executable, "-c", code])
-    monkeypatch.setattr(press, "FIRST", 1.0)
+    monkeypatch.setattr(reports, "python", lambda module: [sys.executable, "-c", code])
+    monkeypatch.setattr(reports, "FIRST", 1.0)
     rows = [row(str(k), "Jane", samples.mixed()) for k in range(4)]
     done = []
-    made = press.press(tmp_path, rows, done.append)
+    made = reports.make(tmp_path, rows, done.append)
     assert done == [1, 2, 3, 4]
     for key, printed in made.items():
         assert printed == Printed(b"", "Drawing it took too long or failed.")

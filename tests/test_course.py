@@ -131,11 +131,50 @@ def test_a_task_in_python_is_run_in_a_sandbox_and_costs_nobody_else_a_point(work
     assert record["descend"].score == 0
 
 
+def test_which_assignment_is_answered_a_submission_says_itself_and_nothing_else_of_it_is_believed(
+    work, tmp_path
+):
+    assert muslin.grade(work).score == 30
+    manifest = work / tasks.MANIFEST
+    manifest.write_text(re.sub(r"points = \d+", "points = 1000", manifest.read_text()))
+    with zipfile.ZipFile(tmp_path / "handed.zip", "w") as packed:
+        for file in (manifest, *(work / name for name in tasks.assignment("toy").files)):
+            packed.write(file, f"ada/{file.name}")
+    record = muslin.grade(tmp_path / "handed.zip")
+    assert (record.assignment["name"], record.score, record.max_score) == ("toy", 30, 30)
+    assert "30 of 30 points" in told("grade", str(tmp_path / "handed.zip"), folder=tmp_path)
+    manifest.write_text(re.sub(r'^name = "toy"', 'name = "../toy"', manifest.read_text(), flags=re.MULTILINE))
+    with pytest.raises(muslin.MuslinError, match="cannot be graded"):
+        muslin.grade(work)  # as cloth, of which there is nothing
+    assert muslin.grade(work, "toy").score == 30
+
+
+def test_watch_checks_what_was_saved(work):
+    from muslin.student import watching, workspace
+
+    said = []
+    session = watching.Watch(workspace.find(work), said.append)
+    try:
+        session._look()
+        session.keys = {"psi": session.workspace.key("psi", session.texts)}
+        wrong(work, "energy.py", " - 3.0)", ")")
+        session._look()
+        session._check(["psi"])
+        session.step()
+        assert any("FAIL psi" in line and "not subtracted" in "".join(said) for line in said), said
+        wrong(work, "energy.py", ")\n", " - 3.0)\n")
+        session._look()
+        session._check(["psi"])
+        session.step()
+    finally:
+        session.checker.close()
+
+
 def test_a_class_is_graded_and_packed(work, course, tmp_path):
     room = tmp_path / "class"
     for name, place in (("ada", work), ("ben", paths.assignment("toy"))):
         shutil.copytree(place, room / name)
-    told("class", "grade", str(room), "--assignment", "toy", "--out", str(tmp_path / "out"), folder=tmp_path)
+    told("class", "grade", str(room), "--out", str(tmp_path / "out"), folder=tmp_path)
     table = next((tmp_path / "out").glob("*.csv")).read_text()
     assert re.search(r"ada.*\b30\b", table)
     told("pack", "gradescope", "--assignment", "toy", "--out", str(tmp_path / "pack"), folder=tmp_path)

@@ -199,7 +199,9 @@ def test_keys_and_mouse_reach_the_session(tmp_path):
             tab.key("t")
             wait_for(lambda: not session.strain, "t did nothing the second time")
             wait_for(lambda: len(cloth_pixels(tab.picture())) > count / 2, "the cloth is not red again")
-            assert np.allclose(next(iter(face.server.get_clients().values())).camera.position, looking, atol=1e-6)
+            assert np.allclose(
+                next(iter(face.server.get_clients().values())).camera.position, looking, atol=1e-6
+            )
             red = cloth_pixels(tab.picture())
             x, y = red[np.argmin(np.linalg.norm(red - np.median(red, axis=0), axis=1))].tolist()
             tab.mouse("mouseMoved", x, y)

@@ -8,7 +8,7 @@
 - `overrides`   scores set by hand
 - `gradebook`   what counts in the end, and `grades.csv`
 - `similarity`  advice on who may have copied
-- `press`       each student's report and picture
+- `reports`     each student's report and picture
 - `page`        the report about the class
 - `run`         `grade_class`, which puts it together
 """

@@ -37,7 +37,7 @@ class Printed:
     why: str
 
 
-def press(folder: Path, rows: Sequence[Row], on_done: Callable[[int], None]) -> dict[str, Printed]:
+def make(folder: Path, rows: Sequence[Row], on_done: Callable[[int], None]) -> dict[str, Printed]:
     """Write `reports/KEY.html` and `pictures/KEY.png` of every row with a record; what is there already stays.
 
     Parameters

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import statistics
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager
@@ -12,18 +13,20 @@ from pathlib import Path
 from muslin import tasks
 from muslin.base import paths, runtime
 from muslin.base.errors import MuslinError
-from muslin.classes import engines, finding, gradebook, overrides, page, similarity
-from muslin.classes import reports as press
+from muslin.classes import engines, finding, gradebook, overrides, page, reports, similarity
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger, write
 from muslin.classes.work import Job, Result, Terms, edition
 from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
-from muslin.grading.submission import Handed, gather
+from muslin.grading.submission import Handed, gather, named
 from muslin.grading.views.text import one_line, points
 
 #: How many submissions that could not be graded are named in the summary.
 NAMED = 20
+
+#: How many submissions are asked which assignment they answer.
+ASKED = 20
 
 #: Longest source of a task file that is compared with others [characters].
 LONGEST_SOURCE = 50_000
@@ -90,7 +93,7 @@ class Class:
 def grade_class(
     submissions: Path | str,
     out: Path | str,
-    assignment: str = "cloth",
+    assignment: str | None = None,
     *,
     hidden: Path | str | None = None,
     jobs: int | None = None,
@@ -109,7 +112,8 @@ def grade_class(
     submissions : path
     out : path
         Folder of the report; its `records` make a run that was stopped go on.
-    assignment : str
+    assignment : str, optional
+        Default: the one that most of the submissions' own assignment.toml name; else cloth.
     hidden, seed, safety, deadline
         As in `muslin.grade`.
     jobs : int, optional
@@ -131,6 +135,7 @@ def grade_class(
     MuslinError
         If the class cannot be graded at all.
     """
+    assignment = assignment or _named(Path(submissions))
     table = tasks.assignment(assignment)
     found, notes = finding.find(submissions, table)
     set_by_hand = overrides.read(by_hand, found, table) if by_hand else {}
@@ -159,6 +164,13 @@ def grade_class(
         )
     cpu = tuple(result.cpu for result in fresh.values())
     return Class(rows, taken, ledger.folder, tuple(notes), cpu)
+
+
+def _named(submissions: Path) -> str:
+    """The assignment that most submissions name, of the first that are there."""
+    there = sorted(submissions.iterdir())[:ASKED] if submissions.is_dir() else []
+    names = Counter(filter(None, map(named, there)))
+    return names.most_common(1)[0][0] if names else "cloth"
 
 
 class _Progress:
@@ -219,7 +231,7 @@ def _report(
 ) -> None:
     """Write the table, each student's report, and the page about the class."""
     write(folder / "grades.csv", gradebook.grades_csv(rows, table).encode())
-    printed = press.press(folder, rows, lambda done: progress.reported(done, len(rows)))
+    printed = reports.make(folder, rows, lambda done: progress.reported(done, len(rows)))
     sources = {key: _text(handed.files) for key, handed in collected.items() if handed.files}
     alike = similarity.compared(sources, _stubs(table), _solution(table))
     write(folder / "index.html", page.render(rows, table, printed, alike, notes).encode())

@@ -33,7 +33,12 @@ def class_grade(
         ),
     ],
     out: Annotated[Path, typer.Option(help="Folder for the report. Naming it again goes on where it was.")],
-    assignment: Annotated[str, typer.Option(help="The assignment they answer.")] = "cloth",
+    assignment: Annotated[
+        str | None,
+        typer.Option(
+            help="The assignment they answer. Default: what their own assignment.toml says, else cloth."
+        ),
+    ] = None,
     hidden: Annotated[Path | None, typer.Option(help="Hidden reference data of your own.")] = None,
     jobs: Annotated[
         int | None, typer.Option(help="Submissions at a time. Default: this machine's cores.", min=1)

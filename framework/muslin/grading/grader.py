@@ -22,8 +22,8 @@ from muslin.grading.kernels import Store, tidy
 from muslin.grading.record import Record, TaskResult
 from muslin.grading.sandbox import Sandbox
 from muslin.grading.stages import Progress, Stages
-from muslin.grading.submission import Handed, gradable
-from muslin.tasks import Assignment, answered
+from muslin.grading.submission import Handed, gradable, named
+from muslin.tasks import Assignment
 
 
 def grade(
@@ -45,7 +45,8 @@ def grade(
     submission : path or Handed
         A folder, a zip or a tar with (some of) the assignment's files, or what was collected of one.
     assignment : str, optional
-        Default: the one that the folder's own assignment.toml names, where there is such an assignment; else cloth.
+        Default: the one that its own assignment.toml names, where there is such an assignment; else cloth. Nothing
+        else in that file is believed.
     hidden : path, optional
         An instructor's hidden reference data, from `muslin reference build --hidden`; used besides the hidden
         cases drawn for every submission.
@@ -74,10 +75,9 @@ def grade(
         assignment, hidden data or safety level.
     """
     began = time.monotonic()
-    if assignment is None:
-        named = "cloth" if isinstance(submission, Handed) else answered(Path(submission))
-        assignment = named if isinstance(named, str) else "cloth"
-    table = tasks.assignment(assignment)
+    if assignment is None and not isinstance(submission, Handed):
+        assignment = named(submission)
+    table = tasks.assignment(assignment or "cloth")
     handed = gradable(submission, table)
     folder, secret = instructors_data(hidden, table)
     drawn_from = _seed(seed, handed, secret)

@@ -20,7 +20,7 @@ from muslin.base import child, paths
 from muslin.base.errors import MuslinError
 from muslin.grading.choosing import shown
 from muslin.grading.record import Submission
-from muslin.tasks import Assignment
+from muslin.tasks import MANIFEST, Assignment, named_in
 
 #: What the process that reads a submission may take: address space [bytes], processor time and, should the system
 #: not see to that, time by the clock [s].
@@ -92,6 +92,22 @@ def collect(path: Path | str, table: Assignment) -> Handed:
     return gather(sources, whole.name, table)
 
 
+def named(path: Path | str) -> str | None:
+    """Which assignment a submission answers: the one that its own `assignment.toml` names, if there is such a one.
+
+    Parameters
+    ----------
+    path : path
+        A folder, a zip or a tar.
+    """
+    whole = Path(path).resolve()
+    if whole.is_dir() and paths.source(whole.name).resolve() == whole:
+        return whole.name  # a solution: what judges it lies below, with manifests of its own
+    answer = _asked([Source(whole)], (MANIFEST,))
+    manifest = base64.b64decode(answer.get("files", {}).get(MANIFEST, ""))
+    return named_in(manifest.decode("utf-8", errors="replace"))
+
+
 def gradable(submission: Path | str | Handed, table: Assignment) -> Handed:
     """What was handed in, if something of it can be graded; what was collected already is taken as it is.
 
@@ -118,7 +134,7 @@ def gather(sources: Sequence[Source], name: str, table: Assignment) -> Handed:
         Of the submission, for people.
     table : Assignment
     """
-    answer = _asked(sources, table)
+    answer = _asked(sources, table.files)
     files: dict[str, bytes] = {}
     try:
         files = {file: base64.b64decode(text) for file, text in answer["files"].items()}
@@ -133,13 +149,13 @@ def gather(sources: Sequence[Source], name: str, table: Assignment) -> Handed:
     return Handed(files, refused, about, unreadable)
 
 
-def _asked(sources: Sequence[Source], table: Assignment) -> dict:
+def _asked(sources: Sequence[Source], wanted: Sequence[str]) -> dict:
     """What the reading process says; nothing if it was ended."""
     package = str(paths.PACKAGE.parent)
     code = f"import sys; sys.path.insert(0, {package!r}); from muslin.grading.unpacking import main; main()"
     request = {
         "sources": [(source.name, os.fsencode(source.path).hex(), source.upload) for source in sources],
-        "wanted": table.files,
+        "wanted": wanted,
         "memory": MOST_MEMORY,
         "seconds": MOST_SECONDS,
     }

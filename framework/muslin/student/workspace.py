@@ -22,7 +22,7 @@ from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.base.version import __version__
 from muslin.reading import source, syntax
-from muslin.tasks import MANIFEST, Assignment, Task, assignment
+from muslin.tasks import MANIFEST, Assignment, Task, assignment, named_in
 
 FOLDER = ".muslin"
 HANDOUT, PAGE = "README.md", "handout.html"
@@ -169,13 +169,9 @@ def find(folder: Path | None = None) -> Workspace:
 def _named(folder: Path) -> str:
     """Which assignment a folder answers, by its manifest; cloth if it has none."""
     try:
-        text = (folder / MANIFEST).read_text(encoding="utf-8")
+        return named_in((folder / MANIFEST).read_text(encoding="utf-8")) or "cloth"
     except (OSError, UnicodeDecodeError):
         return "cloth"
-    name = next(
-        (line.split("=")[1].strip(" \"'") for line in text.splitlines() if line.startswith("name")), ""
-    )
-    return name if name and (paths.assignment(name) / MANIFEST).is_file() else "cloth"
 
 
 def given_files(name: str) -> dict[str, bytes]:

@@ -14,6 +14,7 @@ from muslin.tasks.manifest import (
     assignment,
     form,
     kind_of,
+    named_in,
     read_assignment,
 )
 
@@ -31,6 +32,7 @@ __all__ = [
     "is_stub",
     "kind_of",
     "load",
+    "named_in",
     "read_assignment",
     "usable",
 ]

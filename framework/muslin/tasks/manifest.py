@@ -328,6 +328,19 @@ def assignment(name: str = "cloth") -> Assignment:
     raise MuslinError(f"There is no assignment {name!r}.", choices(name, paths.assignments()))
 
 
+def named_in(text: str) -> str | None:
+    """The assignment that a manifest says it is of, where there is one of that name; nothing else in it is believed.
+
+    Parameters
+    ----------
+    text : str
+        Anybody's `assignment.toml`.
+    """
+    before_tables = re.split(r"^\s*\[", text, maxsplit=1, flags=re.MULTILINE)[0]
+    said = re.search(r"""^name *= *["']([\w-]+)["'] *(#.*)?$""", before_tables, re.MULTILINE)
+    return said[1] if said and said[1] in paths.assignments() else None
+
+
 def chosen_tasks(words: list[str] | None, assignment: Assignment) -> list[str]:
     """Tasks meant by words: each a task, a section of the handout (S7), or a file."""
     chosen: list[str] = []
