@@ -72,6 +72,11 @@ MISTAKES = {
     # results
     "one result of two": (
         "sphere_contact", "", "d = x - c\nreturn ti.cast(d.norm() < r, ti.i32)", 2, "two are asked (hit, n)"),
+    "a variable for two results": (
+        "sphere_contact", "", "d = x - c\nn = d.normalized()\nreturn n", 3, "two are asked (hit, n)"),
+    "an argument for two results": ("sphere_contact", "", "return x", 1, "two are asked (hit, n)"),
+    "three stretches in two names": ("psi", "", "a, b = s\nreturn mu * a * b", 1, "has 3 components"),
+    "a decimal comma at the end": ("psi", "", "return lam * s[0] + 0,5 * mu", 1, "has a point"),
     "three results of two": ("sphere_contact", "", "d = x - c\nreturn 1, d, d", 2, "two are asked (hit, n)"),
     "three numbers for a vector": ("dpsi_ds", "", "return mu, lam, 0.0", 1, "one vector is ti.Vector([a, b, c])"),
     "None returned": ("psi", "", "return None", 1, "write return and the result"),

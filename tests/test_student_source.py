@@ -230,6 +230,8 @@ BROKEN = {
     "no body": ("    y = 2 * (x + 1)\n    return y\n", "", {"g"}, "line 15: "),
     "a def without a colon": ("def g(x):", "def g(x)", {"g"}, "line 12: "),
     "a def without a comma": ("def g(x):", "def g(x y):", {"g"}, "line 12: "),
+    "a def one space too far right": ("def g(x):", " def g(x):", {"g"}, "line 12: "),
+    "a def four spaces too far right": ("def g(x):", "    def g(x):", {"g"}, "line 12: "),
     "no decorator": ("@ti.func\ndef g(x):", "def g(x", {"g"}, "line 11: "),
     "a closing bracket below": ("(x + 1)\n", "(x + 1 1\n)\n", {"g"}, "line 13: "),
     "two of them": ("HALF * x", "HALF x", {"f"}, "line 8: "),
@@ -252,6 +254,11 @@ def test_a_function_python_cannot_read_is_told_from_the_others(mistake):
             == source.Source(FILE).piece(source.Source(FILE).functions[name].lines).strip()
         )
         assert FILE.replace(right, wrong).split("\n")[function.node.lineno - 1] == f"def {name}(x):"
+
+
+def test_an_indented_def_is_told_to_begin_in_the_first_column():
+    _, broken = source.legible(FILE.replace("def g(x):", " def g(x):"), {"f", "g", "h"}, "f.py")
+    assert "take the spaces in front of def out" in str(broken["g"])
 
 
 def test_two_functions_python_cannot_read_are_each_told_with_their_line():

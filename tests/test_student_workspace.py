@@ -223,11 +223,36 @@ def test_resetting_keeps_a_backup_and_everything_else(typed):
     code, _, err = typed("reset", "dpsi_dF")
     assert code == 1
     assert "muslin reset stress.py" in err
+    assert "Fix that line, or start the whole file again" in err
+    assert "nothing was changed" in err
     assert typed("reset", "stress.py")[0] == 0
     assert typed("reset", "S1")[0] == 1
     Path("collision.py").unlink()
     assert typed("reset", "filter_velocity")[0] == 0
     assert Path("collision.py").is_file()
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"),
+    [
+        ("def psi(", " def psi("),
+        ("lam/2 (s_0", '"""lam/2 (s_0'),
+        ("    raise NotImplementedError", "    return (s[0] * mu"),
+    ],
+)
+def test_resetting_a_function_python_cannot_read_leaves_the_others_as_they_are(typed, right, wrong):
+    path = Path("strain_energy.py")
+    given = path.read_text(encoding="utf-8")
+    head, mark, rest = given.partition("@ti.func\ndef psi(")
+    after = rest.index("@ti.func")
+    broken = (mark + rest[:after]).replace(right, wrong, 1)
+    assert broken != mark + rest[:after]
+    below = rest[after:].replace("raise NotImplementedError", "return mine", 1)
+    path.write_text(head + broken + below, encoding="utf-8")
+    code, out, err = typed("reset", "psi")
+    assert (code, err) == (0, "")
+    assert "psi is back to the stub" in out
+    assert path.read_text(encoding="utf-8") == given.replace(rest[after:], below)
 
 
 # --- run, submit -------------------------------------------------------------------------------------------
