@@ -48,9 +48,9 @@ def test_contacts_in_the_system_are_a_constrained_step():
         cloth.update(state.x)
         state, last = integrators.linearly_implicit_euler(model, state, dt), state
     (contact,) = model.contacts(last, dt)
-    assert len(state.pressed) > 5
+    assert len(state.active) > 5
     speed = np.einsum("ij,ij->i", contact.normals, last.v[contact.vertices])
-    presses = np.isin(contact.vertices, last.pressed) | (speed < 0)
+    presses = np.isin(contact.vertices, last.active) | (speed < 0)
     N = np.zeros((presses.sum(), 3 * len(last.x)))
     for row, (i, n) in zip(
         N, zip(contact.vertices[presses], contact.normals[presses], strict=True), strict=True

@@ -131,7 +131,7 @@ def test_a_step_is_the_linear_system_of_the_lecture(solution):
     rng = np.random.default_rng(3)
     state = State(state.x + 0.01 * rng.normal(size=state.x.shape), rng.normal(size=state.x.shape))
     carried = rng.normal(size=(2, 3))
-    model.held_velocity = lambda time, dt: carried
+    model.pinned_velocity = lambda time, dt: carried
     dt, n = 1 / 60, len(state.x)
     model.body.update(state.x)
     after = linearly_implicit_euler(model, state, dt)
@@ -141,7 +141,7 @@ def test_a_step_is_the_linear_system_of_the_lecture(solution):
     f = M @ np.tile([0, -9.81, 0], n) - model.body.gradient(state.x).ravel()
     f[60:63] += 50.0 * (np.array([0.1, 0.5, 0]) - state.x[20])
     held = np.zeros((n, 3), bool)
-    held[model.held] = True
+    held[model.pinned] = True
     held = held.ravel()
     A, b = M + dt**2 * K, M @ state.v.ravel() + dt * f
     v = np.zeros(3 * n)

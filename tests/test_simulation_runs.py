@@ -28,13 +28,29 @@ def test_a_run_with_contacts_in_the_system_resumes_to_the_same_end(tmp_path):
     np.testing.assert_array_equal(longer.x, whole.x)
 
 
+def test_a_run_that_called_its_active_set_otherwise_resumes_to_the_same_end(tmp_path):
+    scene = SPHERE_BELOW | {"contact": "solve", "frame_every": 5}
+    muslin.simulate("drape", out=tmp_path / "run", **scene | {"steps": 30})
+    with np.load(tmp_path / "run" / "checkpoint.npz") as saved:
+        older = {"pressed" if name == "active" else name: saved[name] for name in saved}
+    assert len(older["pressed"])
+    np.savez(tmp_path / "run" / "checkpoint.npz", **older)
+    longer = muslin.simulate("drape", steps=40, out=tmp_path / "run", resume=True)
+    whole = muslin.simulate("drape", out=tmp_path / "whole", **scene | {"steps": 40})
+    np.testing.assert_array_equal(longer.x, whole.x)
+
+
 def test_a_run_of_an_earlier_muslin_resumes(tmp_path):
-    """Its checkpoint knows nothing of contacts that press, its description nothing of newer parameters."""
+    """Its checkpoint has no active set, its mesh other names, its description nothing of newer parameters."""
     scene = {"resolution": 6, "frame_every": 5}
     muslin.simulate("drape", steps=5, out=tmp_path / "run", **scene)
     with np.load(tmp_path / "run" / "checkpoint.npz") as saved:
-        older = {name: saved[name] for name in saved if name != "pressed"}
+        older = {name: saved[name] for name in saved if name != "active"}
     np.savez(tmp_path / "run" / "checkpoint.npz", **older)
+    with np.load(tmp_path / "run" / "mesh.npz") as saved:
+        older = {"held" if name == "pinned" else name: saved[name] for name in saved}
+    assert "held" in older
+    np.savez(tmp_path / "run" / "mesh.npz", **older)
     described = json.loads((tmp_path / "run" / "run.json").read_text())
     for name in ("contact", "stretch_limit"):
         del described["parameters"][name]

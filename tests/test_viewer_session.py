@@ -84,7 +84,7 @@ def test_the_front_of_the_cloth_is_picked_and_a_ray_beside_it_picks_nothing(drap
 
 
 def test_pinned_vertices_cannot_be_picked(hang):
-    held = hang.model.held
+    held = hang.model.pinned
     eye = np.array([0.0, 1.0, 5.0])
     for vertex in held:
         assert hang.nearest(hang.x[vertex]) not in held
@@ -248,9 +248,9 @@ def test_a_followed_cape_stays_in_the_picture():
     for _ in range(30):
         session.step()
     assert not session.message
-    walked = session.state.x[session.model.held].mean(axis=0) - session.start.x[session.model.held].mean(
+    walked = session.state.x[session.model.pinned].mean(axis=0) - session.start.x[session.model.pinned].mean(
         axis=0
     )
-    shown = session.x[session.model.held].mean(axis=0) - session.start.x[session.model.held].mean(axis=0)
+    shown = session.x[session.model.pinned].mean(axis=0) - session.start.x[session.model.pinned].mean(axis=0)
     assert np.linalg.norm(walked) > 0.05
     assert np.linalg.norm(shown * [1, 0, 1]) < 1e-9

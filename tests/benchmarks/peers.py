@@ -328,7 +328,7 @@ def environment(folder: Path, name: str) -> Path:
 
 def residual(model, before: np.ndarray, earlier: np.ndarray, x: np.ndarray) -> float:
     """Of the equation of backward Euler at x, relative to dt^2 |f|, after positions `earlier` and `before`."""
-    M, free = model.body.mass, ~model.system.held
+    M, free = model.body.mass, ~model.system.pinned
     inertia = (M @ (x - 2 * before + earlier).ravel()).reshape(-1, 3)
     rest = inertia + DT**2 * (model.body.gradient(x) - model.weight)
     return float(np.linalg.norm(rest[free]) / np.linalg.norm(DT**2 * model.weight[free]))
@@ -343,7 +343,7 @@ def compare(
     centre = (*CENTRE[:2], -100.0) if options.no_sphere else CENTRE
     model, state = simulation.build(scene(size, *centre))
     problem = folder / f"{size}.npz"
-    np.savez(problem, X=state.x, triangles=model.body.cells, pinned=model.held, centre=centre)
+    np.savez(problem, X=state.x, triangles=model.body.cells, pinned=model.pinned, centre=centre)
     print(f"\n{size}x{size} vertices", flush=True)
     peers: dict[str, Peer] = {}
     residuals: dict[str, float] = {}

@@ -126,14 +126,14 @@ def write_problem(scene: Scene, path: Path) -> None:
         return " ".join(repr(float(number)) for number in numbers)
 
     with path.open("w") as file:
-        print(len(body.X), len(body.cells), len(model.held), file=file)
+        print(len(body.X), len(body.cells), len(model.pinned), file=file)
         print(line(mu, lam, scene.rho, scene.h, scene.dt), file=file)
         print(line(*scene.gravity), file=file)
         print(line(*scene.sphere_center, scene.sphere_radius if scene.sphere else -1.0), file=file)
         for a, b in zip(body.X, state.x, strict=True):
             print(line(*a, *b), file=file)
         np.savetxt(file, body.cells, fmt="%d")
-        np.savetxt(file, model.held, fmt="%d")
+        np.savetxt(file, model.pinned, fmt="%d")
 
 
 def run_baseline(program: Path, problem: Path, steps: int, how: str) -> tuple[np.ndarray, np.ndarray]:

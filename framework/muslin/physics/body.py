@@ -132,7 +132,7 @@ class Body:
         return Impulse(self.pattern, self.mass_factor, self.elements["gradient"].gradients)
 
     def limiter(
-        self, limit: float, held: np.ndarray
+        self, limit: float, pinned: np.ndarray
     ) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
         """What keeps triangles from being stretched beyond a limit (see `muslin.physics.elements.limit`).
 

@@ -148,13 +148,13 @@ class Cloth(Body):
         return super()._moving_energies()
 
     def limiter(
-        self, limit: float, held: np.ndarray
+        self, limit: float, pinned: np.ndarray
     ) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
         """What keeps triangles from being stretched beyond a limit, where they can be."""
         from muslin.physics.elements.limit import StretchLimit
 
         weights = self.mass.sum(axis=1).A1[::3]
-        return StretchLimit(self.X, self.triangles, self.normal, weights, held, limit)
+        return StretchLimit(self.X, self.triangles, self.normal, weights, pinned, limit)
 
     word = "cloth"
 

@@ -134,9 +134,11 @@ class Show:
         return max(0, next(broken, len(self.frames)) - 1)
 
     def _middles(self, every: np.ndarray) -> Callable[[int], np.ndarray]:
-        """Smooth path of what is held (or of the whole cloth), for a camera that follows."""
-        held = self.run.held
-        path = np.stack([f[held].mean(axis=0) if len(held) else f.mean(axis=0) for f in self.run.simulated])
+        """Smooth path of what is pinned (or of the whole cloth), for a camera that follows."""
+        pinned = self.run.pinned
+        path = np.stack(
+            [f[pinned].mean(axis=0) if len(pinned) else f.mean(axis=0) for f in self.run.simulated]
+        )
         path[:, 1] = path[:, 1].mean()
         return lambda k: path[k]
 

@@ -48,10 +48,10 @@ def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
     coupling = model.coupling(known, dt)
     touching = [contact for contact in contacts if len(contact.vertices)]
     if model.contact == "solve" and touching:
-        v, pressed = _solve_touching(model, state, b, known, coupling, touching)
+        v, active = _solve_touching(model, state, b, known, coupling, touching)
     else:
-        v, pressed = model.system.solve(b, known, coupling, guess=state.v), NOBODY
-    return _finish(model, state, v, contacts, dt, pressed)
+        v, active = model.system.solve(b, known, coupling, guess=state.v), NOBODY
+    return _finish(model, state, v, contacts, dt, active)
 
 
 #: How much harder a contact is than the hardest spring of the cloth.
@@ -68,27 +68,27 @@ def _solve_touching(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Solve the system just assembled, with stiff springs along the normals of contacts that press.
 
-    Which do is corrected from step to step instead of in every step again and again: those that pressed before, and
-    those that move inwards. One that would rather leave is held in this step, and let go in the next.
+    Which do is corrected from step to step instead of in every step again and again: those that were active before, and
+    those that move inwards. One that would rather leave stays active in this step, and is let go in the next.
 
     Returns
     -------
     v : (n, 3) array
-    pressed : int array
+    active : int array
         Vertices that press now.
     """
     vertices = np.concatenate([contact.vertices for contact in contacts])
     n = np.concatenate([contact.normals for contact in contacts])
     least = np.einsum("ij,ij->i", n, np.concatenate([contact.velocities for contact in contacts]))
-    presses = np.isin(vertices, state.pressed) | (np.einsum("ij,ij->i", n, state.v[vertices]) < least)
+    presses = np.isin(vertices, state.active) | (np.einsum("ij,ij->i", n, state.v[vertices]) < least)
     stiffness = CONTACT_STIFFNESS * float(np.abs(model.system.data).max())
     along = n[presses]
     blocks = np.zeros((len(b), 3, 3))
     np.add.at(blocks, vertices[presses], stiffness * along[:, :, None] * along[:, None, :])
     pushed = b.copy()
     np.add.at(pushed, vertices[presses], stiffness * least[presses, None] * along)
-    held = np.unique(vertices[presses])
-    model.add_to_diagonal(held, blocks[held])
+    active = np.unique(vertices[presses])
+    model.add_to_diagonal(active, blocks[active])
     v = model.system.solve(pushed, known, coupling, guess=state.v)
     return v, vertices[np.einsum("ij,ij->i", n, v[vertices]) < least]
 
@@ -120,19 +120,19 @@ class _BackwardEuler:
     def __init__(self, model: Model, state: State, dt: float, touching: Touching | None = None):
         self.model, self.state, self.dt, self.touching = model, state, dt, touching
         self.air = model.wind_force(state.x, state.v)
-        self.free = np.repeat(~model.system.held, 3)
+        self.free = np.repeat(~model.system.pinned, 3)
         self._v, self._x = state.v.ravel(), state.x
         self._project = model.project
 
     def start(self) -> np.ndarray:
-        """The velocity before the step, with that of the held vertices in it, (3n,)."""
-        start, held = self.state.v.copy(), self.model.system.held
+        """The velocity before the step, with that of the pinned vertices in it, (3n,)."""
+        start, pinned = self.state.v.copy(), self.model.system.pinned
         known = self.model.known_velocity(self.state.time, self.dt)
-        start[held] = 0.0 if known is None else known[held]
+        start[pinned] = 0.0 if known is None else known[pinned]
         return start.ravel()
 
     def shorter(self, v: np.ndarray) -> np.ndarray:
-        """Half this velocity, but for the held vertices."""
+        """Half this velocity, but for the pinned vertices."""
         return np.where(self.free, v / 2, v)
 
     def value(self, v: np.ndarray) -> float:
@@ -196,12 +196,12 @@ def _finish(
     v: np.ndarray,
     contacts: list[Contacts],
     dt: float,
-    pressed: np.ndarray = NOBODY,
+    active: np.ndarray = NOBODY,
 ) -> State:
     v = respond(v, contacts, model.filter)
     if model.limit and (limited := model.limit(state.x, v, dt)) is not v:
         v = respond(limited, contacts, model.filter)
-    return State(state.x + dt * v, v, state.time + dt, contacts, pressed)
+    return State(state.x + dt * v, v, state.time + dt, contacts, active)
 
 
 INTEGRATORS: dict[str, Callable[[Model, State, float], State]] = {

@@ -160,9 +160,9 @@ def _uses(model: Model, time: float, shown: bool) -> frozenset[str]:
 
 def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
     body = model.body
-    pressed = [approach(state.v, contact) for contact in state.contacts]
-    count = int(sum((speeds < 1e-6).sum() for speeds in pressed))
-    slowest = min((float(speeds.min()) for speeds in pressed if len(speeds)), default=0.0) if count else 0.0
+    speeds_in = [approach(state.v, contact) for contact in state.contacts]
+    count = int(sum((speeds < 1e-6).sum() for speeds in speeds_in))
+    slowest = min((float(speeds.min()) for speeds in speeds_in if len(speeds)), default=0.0) if count else 0.0
     deepest = max((depth(collider, state.x) for collider in model.colliders_at(state.time)), default=0.0)
     kinetic, elastic = body.kinetic_energy(state.v), body.energy_here()
     gravity = model.potential(state.x)

@@ -39,14 +39,14 @@ NOBODY = np.empty(0, dtype=np.int64)
 class State:
     """Positions [m] and velocities [m/s], (n, 3) each, at a time [s], and the contacts v was filtered at.
 
-    `pressed` are the vertices a contact pushed in the last step, where contacts are part of the system.
+    `active` is the active set of the last step: the vertices a contact pushed, where contacts are part of the system.
     """
 
     x: np.ndarray
     v: np.ndarray
     time: float = 0.0
     contacts: list[Contacts] = field(default_factory=list)
-    pressed: np.ndarray = field(default_factory=lambda: NOBODY)
+    active: np.ndarray = field(default_factory=lambda: NOBODY)
 
 
 @dataclass
@@ -58,9 +58,9 @@ class Model:
     body : Body
     gravity : (3,)
         Acceleration [m/s^2]; its force is M g, from the mass matrix.
-    held : (k,) int array
+    pinned : (k,) int array
         Pinned vertices.
-    held_velocity : callable, optional
+    pinned_velocity : callable, optional
         (time, dt) -> (k, 3), the velocity that carries pinned vertices through the next step; default: rest.
     colliders : callable
         time -> colliders there are at that time.
@@ -85,8 +85,8 @@ class Model:
 
     body: Body
     gravity: np.ndarray
-    held: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
-    held_velocity: Callable[[float, float], np.ndarray] | None = None
+    pinned: np.ndarray = field(default_factory=lambda: np.empty(0, dtype=int))
+    pinned_velocity: Callable[[float, float], np.ndarray] | None = None
     colliders: Callable[[float], tuple[Collider, ...]] = lambda time: ()
     wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
     drag: float = 0.0
@@ -102,16 +102,18 @@ class Model:
         from muslin.physics.elements.contact import Detection, Response
 
         body, n = self.body, len(self.body.X)
-        held = np.zeros(n, dtype=bool)
-        held[self.held] = True
+        pinned = np.zeros(n, dtype=bool)
+        pinned[self.pinned] = True
         blocks = body.pattern.layout
-        self.system = System(blocks.row, blocks.col, held, self.solver, self.project, body.X, self.tolerance)
+        self.system = System(
+            blocks.row, blocks.col, pinned, self.solver, self.project, body.X, self.tolerance
+        )
         self._assemble = body.assembly(self.system.layout, self.system.data)
         self._couple = body.assembly(self.system.coupling)
         self._impulse = body.impulse()
         touchable = np.zeros(n, dtype=bool)
         touchable[body.surface.ravel()] = True
-        touchable &= ~held
+        touchable &= ~pinned
         self._free = None if touchable.all() else touchable
         self._detect: Detect = native_contact
         self.filter: Filter = native_filter
@@ -121,7 +123,7 @@ class Model:
             self.filter = Response(functions.filter_velocity, n)
         self.limit: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
         if self.stretch_limit:
-            self.limit = body.limiter(self.stretch_limit, held)
+            self.limit = body.limiter(self.stretch_limit, pinned)
         self._there: tuple[float, tuple[Collider, ...]] | None = None
         self.weight = (self.body.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
 
@@ -172,7 +174,7 @@ class Model:
         self._assemble.add_to_diagonal(vertices, blocks)
 
     def coupling(self, known: np.ndarray | None, dt: float) -> np.ndarray | None:
-        """Data of `system.coupling` for the matrix just assembled, where the held vertices move."""
+        """Data of `system.coupling` for the matrix just assembled, where the pinned vertices move."""
         return self._couple(dt**2) if known is not None and known.any() else None
 
     def impulse(self, state: State, force: np.ndarray, dt: float) -> np.ndarray:
@@ -182,10 +184,10 @@ class Model:
 
     def known_velocity(self, time: float, dt: float) -> np.ndarray | None:
         """Velocities (n, 3) with the pinned vertices' filled in, for the step from `time` by dt; None at rest."""
-        if self.held_velocity is None or not len(self.held):
+        if self.pinned_velocity is None or not len(self.pinned):
             return None
         known = np.zeros((len(self.body.X), 3))
-        known[self.held] = self.held_velocity(time, dt)
+        known[self.pinned] = self.pinned_velocity(time, dt)
         return known
 
     def colliders_at(self, time: float) -> tuple[Collider, ...]:

@@ -2,7 +2,7 @@
 
 ==================  =====================================================================================
 `run.json`          scene, parameters, version: enough to repeat the run
-`mesh.npz`          simulation mesh: vertices X (n, 3), triangles (m, 3), held (k,); numbers (n,) of the
+`mesh.npz`          simulation mesh: vertices X (n, 3), triangles (m, 3), pinned (k,); numbers (n,) of the
                     vertices in their file, where some of that were left out; cells (m, 4) of a solid,
                     whose triangles are its surface
 `display.npz`       display mesh, where there is one: vertices, triangles
@@ -98,11 +98,11 @@ class Writer:
                     frame.unlink()
         return writer
 
-    def meshes(self, body: Body, held: np.ndarray, display: Mesh | None) -> None:
+    def meshes(self, body: Body, pinned: np.ndarray, display: Mesh | None) -> None:
         """Save what does not move."""
         mesh = body.mesh
         with _writing(self.folder):
-            fixed = {"X": mesh.vertices, "triangles": mesh.triangles, "held": held}
+            fixed = {"X": mesh.vertices, "triangles": mesh.triangles, "pinned": pinned}
             if body.pattern.corners == 4:
                 fixed["cells"] = body.cells
             if mesh.numbers is not None:
@@ -124,7 +124,7 @@ class Writer:
             if display is not None:
                 _save(self.folder / "display" / f"{step:06d}.npy", display)
             partial = self.folder / "checkpoint.partial.npz"
-            np.savez(partial, x=state.x, v=state.v, time=state.time, step=step, pressed=state.pressed)
+            np.savez(partial, x=state.x, v=state.v, time=state.time, step=step, active=state.active)
             os.replace(partial, self.folder / "checkpoint.npz")
 
     def _flush(self) -> None:
@@ -174,7 +174,8 @@ class RunFolder:
             self.description: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
             self.scene: Scene = scenes.get(self.description["scene"], **self.description["parameters"])
         with _reading(self.folder / "mesh.npz") as path, np.load(path) as mesh:
-            self.X, self.triangles, self.held = mesh["X"], mesh["triangles"], mesh["held"]
+            self.X, self.triangles = mesh["X"], mesh["triangles"]
+            self.pinned = mesh["pinned" if "pinned" in mesh else "held"]  # so in older runs
             self.numbers, self.cells = mesh.get("numbers"), mesh.get("cells")
         self.rest, self.shown_triangles = self.X, self.triangles
         if (self.folder / "display.npz").is_file():
@@ -245,8 +246,10 @@ class RunFolder:
             state = State(saved["x"], saved["v"], float(saved["time"]))
             if not state.x.shape == state.v.shape == self.X.shape:
                 raise ValueError("of another mesh")
-            if "pressed" in saved:  # runs begun before contacts could be part of the system have none
-                state.pressed = saved["pressed"]
+            for name in {"active", "pressed"} & set(
+                saved
+            ):  # "pressed" in older runs; in the oldest there is none
+                state.active = saved[name]
             return state, int(saved["step"])
 
 

@@ -46,19 +46,19 @@ def build(
     x = np.ascontiguousarray(scene.start(scene, mesh))
     middle = (x.min(axis=0) + x.max(axis=0)) / 2
     x = middle + (x - middle) * np.asarray(scene.stretch) if scene.stretch != (1.0, 1.0, 1.0) else x
-    held = scene.pinned_vertices(mesh)
+    pinned = scene.pinned_vertices(mesh)
     carried = scene.carried
 
-    def held_velocity(time: float, dt: float) -> np.ndarray:
+    def pinned_velocity(time: float, dt: float) -> np.ndarray:
         assert carried is not None
-        start = x[held]
+        start = x[pinned]
         return (carried(scene, start, time + dt) - carried(scene, start, time)) / dt
 
     model = Model(
         body,
         gravity=np.asarray(scene.gravity),
-        held=held,
-        held_velocity=held_velocity if carried else None,
+        pinned=pinned,
+        pinned_velocity=pinned_velocity if carried else None,
         colliders=lambda time: scene.colliders(scene, time),
         wind=scene.wind,
         drag=scene.drag,
@@ -71,7 +71,7 @@ def build(
         tolerance=scene.tolerance,
     )
     v = np.tile(np.asarray(scene.start_velocity, float), (len(x), 1))
-    v[held] = 0.0
+    v[pinned] = 0.0
     return model, State(x, v)
 
 
@@ -143,7 +143,7 @@ def simulate(
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
     model, state = build(chosen, functions, energy, hessian, mesh, stand_ins)
     if on_notice:
-        for remark in chosen.remarks(mesh, model.held):
+        for remark in chosen.remarks(mesh, model.pinned):
             on_notice(remark)
     shown = chosen.skin(mesh) if display is None else meshes.load(display).scaled(mesh.scale)
     energy = energy or chosen.ENERGIES[0]
@@ -153,7 +153,7 @@ def simulate(
 
     def writer() -> Writer:
         opened = Writer(out, _description(chosen, functions, energy, hessian, model.body.stand_ins))
-        opened.meshes(model.body, model.held, shown)
+        opened.meshes(model.body, model.pinned, shown)
         return opened
 
     return march(chosen, model, state, writer, shown, on_step)

@@ -58,7 +58,7 @@ class Touching:
         """Its Hessian: distinct vertices (k,) and their blocks (k, 3, 3)."""
         presses = self._inwards(v) < 0
         n = self.normals[presses]
-        held, which = np.unique(self.vertices[presses], return_inverse=True)
-        blocks = np.zeros((len(held), 3, 3))
+        active, which = np.unique(self.vertices[presses], return_inverse=True)
+        blocks = np.zeros((len(active), 3, 3))
         np.add.at(blocks, which, self.stiffness * n[:, :, None] * n[:, None, :])
-        return held, blocks
+        return active, blocks

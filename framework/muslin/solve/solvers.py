@@ -79,17 +79,17 @@ def choose(name: str = "auto", vertices: int = 0) -> str:
 
 
 class System:
-    """Systems in which some vertices are held: pinning by projection.
+    """Systems in which some vertices are pinned: pinning by projection.
 
-    With P the projection onto the free unknowns, (P A P^T) (P y) = P (b - A y_held): held rows and columns
+    With P the projection onto the free unknowns, (P A P^T) (P y) = P (b - A y_pinned): pinned rows and columns
     leave the system, and what they are known to do moves to the right-hand side.
 
     Parameters
     ----------
     row, col : int arrays
         Blocks of the whole symmetric matrix, sorted by row and column, the diagonal included.
-    held : (n,) bool array
-        Which vertices are held.
+    pinned : (n,) bool array
+        Which vertices are pinned.
     solver : str
         "auto" or a name in `SOLVERS`.
     definite : bool
@@ -104,25 +104,25 @@ class System:
     layout : Layout
         Where the blocks between free vertices go, in `data`.
     coupling : Layout
-        Where those between a free and a held vertex go, in an array for `solve`.
+        Where those between a free and a pinned vertex go, in an array for `solve`.
     """
 
     def __init__(
         self,
         row: np.ndarray,
         col: np.ndarray,
-        held: np.ndarray,
+        pinned: np.ndarray,
         solver: str = "auto",
         definite: bool = True,
         points: np.ndarray | None = None,
         tolerance: float = 1e-8,
     ):
-        n = len(held)
-        self.held, self.free = held, np.flatnonzero(~held)
-        self._any_held = len(self.free) < n
+        n = len(pinned)
+        self.pinned, self.free = pinned, np.flatnonzero(~pinned)
+        self._any_pinned = len(self.free) < n
         self._unknowns = (3 * self.free[:, None] + np.arange(3)).ravel()
-        number = np.cumsum(~held) - 1
-        kept = ~held[row] & ~held[col]
+        number = np.cumsum(~pinned) - 1
+        kept = ~pinned[row] & ~pinned[col]
         k = len(self.free)
         indptr = pointers(number[row[kept]], k) if k else np.zeros(1, np.int32)
         graph = sp.csr_matrix((np.ones(int(kept.sum()), np.int8), number[col[kept]], indptr), shape=(k, k))
@@ -137,7 +137,7 @@ class System:
             self.layout = Layout(
                 self.free[inner.row], self.free[inner.col], inner.start, inner.stride, inner.size
             )
-        outside = ~held[row] & held[col]
+        outside = ~pinned[row] & pinned[col]
         self.coupling = Layout.csr(row[outside], col[outside], n)
 
     def solve(
@@ -154,7 +154,7 @@ class System:
         b : (n, 3) array
             Right-hand side.
         known : (n, 3) array, optional
-            Values of the held vertices (others are ignored); default zero.
+            Values of the pinned vertices (others are ignored); default zero.
         coupling : array, optional
             Data of `coupling`, where `known` is not zero.
         guess : (n, 3) array, optional
@@ -166,7 +166,7 @@ class System:
         """
         y = np.zeros_like(b)
         if known is not None:
-            y[self.held] = known[self.held]
+            y[self.pinned] = known[self.pinned]
         if coupling is not None and self.coupling.size:
             n = len(b)
             indptr, indices = self.coupling.scalar(n)
@@ -174,7 +174,7 @@ class System:
             b = b - (outer @ y.ravel()).reshape(-1, 3)
         if self.solver is not None:
             guess = y if guess is None else guess
-            if not self._any_held:
+            if not self._any_pinned:
                 return self.solver.solve(b, guess)
             found = self.solver.solve(b.take(self.free, axis=0), guess.take(self.free, axis=0))
             y.reshape(-1)[self._unknowns] = found.ravel()  # in half the time of y[self.free] = found

@@ -69,7 +69,7 @@ def view(
     if functions is not None:
         say("Trying your functions on the public cases ...")
     session = begin(scene, functions, **parameters)
-    for remark in session.scene.remarks(session.model.body.mesh, session.model.held):
+    for remark in session.scene.remarks(session.model.body.mesh, session.model.pinned):
         say(f"note: {remark}")
     for line in session.credits():
         say(line)

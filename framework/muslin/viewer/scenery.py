@@ -83,8 +83,8 @@ def camera(session: Session, size: tuple[int, int] = (1280, 720)) -> render.Came
     ]
     if session.scene.ground is not None:
         points.append(np.where([False, True, False], session.scene.ground, x))
-    elif len(session.model.held):
-        points.append(x[session.model.held].mean(axis=0) - [[0.0, 0.9 * _size(session), 0.0]])
+    elif len(session.model.pinned):
+        points.append(x[session.model.pinned].mean(axis=0) - [[0.0, 0.9 * _size(session), 0.0]])
     return render.fit_camera(np.concatenate(points), session.scene.view, size, margin=0.3)  # beside the panel
 
 

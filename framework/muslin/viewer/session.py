@@ -99,7 +99,7 @@ class Session:
         """What is subtracted from every position to show it, (3,) [m]: the way that followed cloth has gone."""
         if self.scene.camera != "follow":
             return np.zeros(3)
-        chosen = self.model.held if len(self.model.held) else slice(None)
+        chosen = self.model.pinned if len(self.model.pinned) else slice(None)
         way = self.state.x[chosen].mean(axis=0) - self.start.x[chosen].mean(axis=0)
         return way * (1.0, 0.0, 1.0)
 
@@ -186,7 +186,7 @@ class Session:
         away = np.linalg.norm(p - along[:, None] * d, axis=1)
         reach = self._edge()
         near = (along > 0) & (away < reach)
-        near[self.model.held] = False
+        near[self.model.pinned] = False
         if not near.any():
             return None
         near &= along < along[near].min() + 2 * reach
@@ -195,7 +195,7 @@ class Session:
     def nearest(self, point: Any) -> int | None:
         """The free vertex nearest to a point as shown (3,) [m]; None if all are pinned."""
         distance = np.linalg.norm(self.x - np.asarray(point, float), axis=1)
-        distance[self.model.held] = np.inf
+        distance[self.model.pinned] = np.inf
         vertex = int(np.argmin(distance))
         return vertex if np.isfinite(distance[vertex]) else None
 

@@ -27,7 +27,7 @@ class StretchLimit:
         Undeformed positions [m], and the triangles' vertices and unit normals.
     mass : (n,)
         Of the vertices [kg].
-    held : (n,) bool
+    pinned : (n,) bool
         Vertices that are not moved.
     limit : float
         Largest principal stretch, above 1.
@@ -39,7 +39,7 @@ class StretchLimit:
         triangles: np.ndarray,
         normal: np.ndarray,
         mass: np.ndarray,
-        held: np.ndarray,
+        pinned: np.ndarray,
         limit: float,
     ):
         n, m = len(X), len(triangles)
@@ -51,7 +51,7 @@ class StretchLimit:
         self._count, self._queue, self._queued = np.zeros(1, np.int32), *np.zeros((2, m), np.int32)
         moving = (self._x, self._v, self._numbers, triangles, g)
         self._measure = Launch(measure(is_small(m, 25)), *moving, self._stretch)
-        weight, work = np.where(held, 0.0, 1 / mass), (self._count, self._queue, self._queued)
+        weight, work = np.where(pinned, 0.0, 1 / mass), (self._count, self._queue, self._queued)
         self._correct = Launch(correct, *moving, weight, ptr, around.astype(np.int32), *work)
 
     def __call__(self, x: np.ndarray, v: np.ndarray, dt: float) -> np.ndarray:

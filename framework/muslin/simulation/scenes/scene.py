@@ -180,7 +180,7 @@ class Scene:
         return self.size / mesh.extent if self.scale == "fit" else _number(self.scale)
 
     def pinned_vertices(self, mesh: Mesh | TetMesh) -> np.ndarray:
-        """Numbers of the vertices that are held.
+        """Numbers of the vertices that are pinned.
 
         Raises
         ------
@@ -189,9 +189,9 @@ class Scene:
         """
         X = mesh.vertices
         if self.pinned in PINS:
-            held = PINS[self.pinned](X, mesh.extent)
+            pinned = PINS[self.pinned](X, mesh.extent)
         elif any(side in self.pinned for side in SIDES):
-            held = _near_sides(self.pinned, X, mesh.extent)
+            pinned = _near_sides(self.pinned, X, mesh.extent)
         else:
             try:
                 numbers = [int(word) for word in str(self.pinned).replace(",", " ").split()]
@@ -201,8 +201,8 @@ class Scene:
                     f"Write one of {', '.join(PINS)}, vertex numbers such as 0,19, or lowest:0.1 for all within "
                     f"0.1 of the lowest (also {', '.join([*SIDES][1:])}).",
                 ) from None
-            held = np.unique(mesh.find(np.array(numbers, dtype=np.int64)))
-        if len(held) == len(X):
+            pinned = np.unique(mesh.find(np.array(numbers, dtype=np.int64)))
+        if len(pinned) == len(X):
             flat = self.pinned in PINS and np.ptp(X[:, 1]) <= 1e-6 * mesh.extent
             why = " (it is flat: y is the same everywhere)" if flat else ""
             raise MuslinError(
@@ -211,9 +211,9 @@ class Scene:
                 f"Hold fewer: --set pinned=corners, or vertex numbers such as {_two_ends(mesh)}."
                 + (" Or turn the mesh so that y points up." if why else ""),
             )
-        return held
+        return pinned
 
-    def remarks(self, mesh: Mesh | TetMesh, held: np.ndarray) -> tuple[str, ...]:
+    def remarks(self, mesh: Mesh | TetMesh, pinned: np.ndarray) -> tuple[str, ...]:
         """What a person should know of a mesh in this scene before it is simulated.
 
         What was left out or changed when it was read, and a size or pins that do not fit the scene.
@@ -222,8 +222,8 @@ class Scene:
         ----------
         mesh : Mesh
             As the scene takes it, scaled.
-        held : (k,) int
-            The vertices that are held.
+        pinned : (k,) int
+            The vertices that are pinned.
         """
         said = list(mesh.notices)
         if not self.size / FAR_OFF < mesh.extent < self.size * FAR_OFF:
@@ -233,10 +233,10 @@ class Scene:
                 f"one of {self.size:.3g} m{meets}. If the mesh is not in metres, scale it: --scale 0.001 from "
                 "millimetres, --scale 0.01 from centimetres, or --scale fit."
             )
-        if self.pinned == "corners" and len(held) < 2:
-            where = ", ".join(str(n) for n in mesh.called(held))
+        if self.pinned == "corners" and len(pinned) < 2:
+            where = ", ".join(str(n) for n in mesh.called(pinned))
             said.append(
-                f"pinned = 'corners' holds {len(held)} vertex of {mesh.name!r} (number {where}), not two: "
+                f"pinned = 'corners' holds {len(pinned)} vertex of {mesh.name!r} (number {where}), not two: "
                 f"no other is as high. To hold others: {_two_ends(mesh)}, by their numbers from 0."
             )
         return tuple(said)
@@ -296,15 +296,15 @@ SIDES = {
 
 def _near_sides(rule: str, X: np.ndarray, size: float) -> np.ndarray:
     """Vertices within some distance of sides: `lowest:3`, or several: `left:0.01,right:0.01`."""
-    held = np.zeros(len(X), dtype=bool)
+    pinned = np.zeros(len(X), dtype=bool)
     for part in rule.replace(",", " ").split():
         side, _, reach = part.partition(":")
         if side not in SIDES:
             raise MuslinError(f"pinned = {rule!r} is not understood.", choices(side, SIDES))
         axis, end = SIDES[side]
         along = end * X[:, axis]
-        held |= along >= along.max() - _convert("pinned", reach or "0", "float") - 1e-9 * size
-    return np.flatnonzero(held)
+        pinned |= along >= along.max() - _convert("pinned", reach or "0", "float") - 1e-9 * size
+    return np.flatnonzero(pinned)
 
 
 def override(scene: Scene, **values: Any) -> Scene:
