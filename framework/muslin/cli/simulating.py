@@ -40,8 +40,12 @@ def simulate(
     steps: Annotated[int | None, typer.Option(help="Time steps.")] = None,
     setting: Setting = None,
     energy: Annotated[
-        str, typer.Option(help="linearised (the student's), area, or volumetric.")
-    ] = "linearised",
+        str | None,
+        typer.Option(
+            help="Of cloth linearised (the student's), area, or volumetric; of solids neo-hookean (the student's), "
+            "corotated, st-venant-kirchhoff, or stable-neo-hookean."
+        ),
+    ] = None,
     hessian: Annotated[Road, typer.Option(help="Road to the Hessian of student functions.")] = Road.closed,
     display: Annotated[
         Path | None,

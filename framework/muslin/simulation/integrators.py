@@ -13,12 +13,13 @@ from __future__ import annotations
 
 import itertools
 from collections.abc import Callable, Iterator
+from typing import Any
 
 import numpy as np
 
 from muslin.base.errors import MuslinError, SimulationError, choices
 from muslin.physics.colliders import Contacts, respond
-from muslin.simulation import newton
+from muslin.simulation import by_student, newton
 from muslin.simulation.model import NOBODY, Model, Spring, State
 from muslin.simulation.touching import Touching
 
@@ -106,7 +107,10 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
     contacts = model.contacts(state, dt)
     touching = [contact for contact in contacts if len(contact.vertices)]
     step = _BackwardEuler(model, state, dt, Touching.of(model, touching, dt))
-    v = newton.minimise(step, step.start(), model.tolerance)
+    if functions := model.body.roles.calling(by_student.NEEDS["newton"]):
+        v = by_student.minimise(functions.newtons_method, step, step.start(), model.tolerance)
+    else:
+        v = newton.minimise(step, step.start(), model.tolerance)
     return _finish(model, state, v.reshape(-1, 3), contacts, dt)
 
 
@@ -184,6 +188,15 @@ class _BackwardEuler:
         """Norm over the free vertices."""
         return float(np.linalg.norm(r[self.free]))
 
+    def place(self, v: np.ndarray) -> np.ndarray:
+        """Positions that velocities lead to, (3n,) [m]."""
+        return self.state.x.ravel() + self.dt * v
+
+    def matrix(self) -> Any:
+        """M + dt^2 K as it was assembled."""
+        body = self.model.body
+        return body.pattern.matrix(body.mass_data + self.dt**2 * body.stiffness_here(self._project))
+
     def is_nothing(self, step: np.ndarray) -> bool:
         """Whether dt step is no more than rounding of the positions."""
         moved, place = self.dt * float(np.abs(step).max()), float(np.abs(self.state.x).max())
@@ -222,6 +235,13 @@ def integrator(name: str) -> Callable[[Model, State, float], State]:
     if name not in INTEGRATORS:
         raise MuslinError(f"There is no integrator {name!r}.", choices(name, INTEGRATORS))
     return INTEGRATORS[name]
+
+
+def by_integrator(model: Model, name: str) -> frozenset[str]:
+    """Tasks whose functions an integrator itself calls, and the drag spring's."""
+    parts = ["newton"] if integrator(name) is backward_euler else []
+    parts += ["spring"] if model.spring is not None else []
+    return frozenset().union(*(model.body.roles.called(by_student.NEEDS[part]) for part in parts))
 
 
 #: Positions beyond this [m] mean that a body has exploded.

@@ -17,7 +17,7 @@ from muslin.physics import colliders, skinning
 from muslin.physics.body import Body
 from muslin.physics.colliders import approach, depth
 from muslin.physics.skinning import bind
-from muslin.simulation.integrators import Exploded, steps
+from muslin.simulation.integrators import Exploded, by_integrator, steps
 from muslin.simulation.model import Model, State
 from muslin.simulation.runs import Writer, as_table
 from muslin.simulation.scenes import Scene
@@ -129,7 +129,7 @@ def march(
                 writer.close()
     return Run(
         state.x, state.v, first.x, first.v, as_table(rows), scene, body.mesh, body,
-        writer.folder if writer else None, interrupted, _uses(model, state.time, skin is not None),
+        writer.folder if writer else None, interrupted, _uses(scene, model, state.time, skin is not None),
     )  # fmt: skip
 
 
@@ -149,13 +149,13 @@ def _raising(error: Exception) -> Iterator[State]:
     yield
 
 
-def _uses(model: Model, time: float, shown: bool) -> frozenset[str]:
+def _uses(scene: Scene, model: Model, time: float, shown: bool) -> frozenset[str]:
     """Tasks whose functions a run calls."""
     roles = model.body.roles
     called = {name for part in ("detection", "response") for name in roles.called(colliders.NEEDS[part])}
     met = called if model.colliders(time) else set()
     carried = {name for names in skinning.NEEDS.values() for name in roles.called(names)} if shown else set()
-    return model.body.uses | met | carried
+    return model.body.uses | met | carried | by_integrator(model, scene.integrator)
 
 
 def _row(model: Model, state: State, step: int) -> tuple[float, ...]:

@@ -81,7 +81,7 @@ def minimise(problem: Problem, v: np.ndarray, tolerance: float) -> np.ndarray:
     SimulationError
         If that is not found.
     """
-    v, phi = _begun(problem, v)
+    v, phi = begun(problem, v)
     whole = False
     for _ in range(ITERATIONS):
         r, scale = problem.gradient()
@@ -108,7 +108,7 @@ def minimise(problem: Problem, v: np.ndarray, tolerance: float) -> np.ndarray:
     )
 
 
-def _begun(problem: Problem, v: np.ndarray) -> tuple[np.ndarray, float]:
+def begun(problem: Problem, v: np.ndarray) -> tuple[np.ndarray, float]:
     """Where to begin, and phi there: v, or nearer to where things are where phi(v) is infinite."""
     phi, length = problem.value(v), 1.0
     while phi == np.inf and length > SHORTEST:

@@ -87,17 +87,7 @@ def call(function: Callable[..., Any], task: Task, given: Mapping[str, Any]) -> 
     StudentCodeError
         If it raises an exception, or returns something else.
     """
-    try:
-        with np.errstate(all="ignore"):
-            found = function(**given)
-    except RecursionError:
-        raise StudentCodeError(f"{task.name} calls itself without end.") from None
-    except Exception as error:
-        raise _raised(error, function, task) from None
-    if found is None:
-        raise StudentCodeError(
-            f"{task.name} returns nothing.", "End it with return and the result, on every way."
-        )
+    found = returned(function, task, given)
     several = found if isinstance(found, tuple) else (found,)
     if len(several) != len(task.results):
         raise StudentCodeError(
@@ -123,6 +113,27 @@ def call(function: Callable[..., Any], task: Task, given: Mapping[str, Any]) -> 
             raise StudentCodeError(f"{task.name} returns {part} for {value.name}; asked is a whole number.")
         results.append(array)
     return tuple(results)
+
+
+def returned(function: Callable[..., Any], task: Task, given: Mapping[str, Any]) -> Any:
+    """What a function returns, whatever that is; its exceptions, and None, become a `StudentCodeError`.
+
+    A `MuslinError` of the functions that it is given passes through.
+    """
+    try:
+        with np.errstate(all="ignore"):
+            found = function(**given)
+    except MuslinError:
+        raise
+    except RecursionError:
+        raise StudentCodeError(f"{task.name} calls itself without end.") from None
+    except Exception as error:
+        raise _raised(error, function, task) from None
+    if found is None:
+        raise StudentCodeError(
+            f"{task.name} returns nothing.", "End it with return and the result, on every way."
+        )
+    return found
 
 
 def _words(shape: tuple[int, ...]) -> str:

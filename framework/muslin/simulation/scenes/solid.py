@@ -21,7 +21,7 @@ from muslin.tasks import Functions
 class SolidScene(Scene):
     """A solid, what holds it, what pulls at it, what it meets, and how time passes."""
 
-    mesh: str = "bar"  # "bar", "ball", "creature", or a file of tetrahedra
+    mesh: str = "bar"  # "bar", "ball", "creature" (as large as the scene wants it), or a file of tetrahedra
     resolution: int = (
         5  # vertices across a bar or a ball; tetrahedra across the creature are a tenth of its width
     )
@@ -56,7 +56,7 @@ class SolidScene(Scene):
         if self.mesh == "ball":
             return ball(n, 0.5)
         if self.mesh == "creature":
-            return creature()
+            return creature().scaled(self.size / creature().extent)
         return load_tets(self.mesh)  # says what is wrong with it
 
     def skin(self, mesh: TetMesh) -> Mesh | None:
