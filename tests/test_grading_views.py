@@ -59,7 +59,9 @@ def valid(data, name: str) -> None:
 
 @pytest.mark.parametrize("format", SCHEMA_OF)
 def test_every_format_obeys_its_schema(record, format):
-    valid(loaded(record, format), SCHEMA_OF[format])
+    told = loaded(record, format)
+    assert told
+    valid(told, SCHEMA_OF[format])
 
 
 @pytest.mark.parametrize("format", views.FORMATS)

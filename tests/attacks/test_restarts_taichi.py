@@ -22,4 +22,5 @@ try:
 except BaseException as error:
     print(error)
 """
-    attack({TARGET: honest().replace("import taichi as ti\n", "import taichi as ti\n" + hostile)})
+    record = attack({TARGET: honest().replace("import taichi as ti\n", "import taichi as ti\n" + hostile)})
+    assert "init" in record["sphere_contact"].output + record["sphere_contact"].message

@@ -45,7 +45,7 @@ class Session:
     ----------
     scene : Scene
     model : Model
-        Its `spring` and `colliders` belong to the session.
+        Its `spring`, what says it (`pull`), and its `colliders` belong to the session.
     start, state : State
         Where it began and where it is.
     faults : mapping
@@ -74,7 +74,9 @@ class Session:
 
     def __post_init__(self) -> None:
         self.state = self.start
-        self._own_spring = self.model.spring
+        own, pull = self.model.spring, self.model.pull
+        self._own_spring = pull or (lambda time: own)
+        self.model.pull = self._spring
         self.model.colliders = self.colliders
         self.sphere = any(not isinstance(c, Plane) for c in self.scene.colliders(self.scene, 0.0))
         self.grabbed: int | None = None
@@ -126,7 +128,6 @@ class Session:
 
     def step(self) -> None:
         """Take exactly one step; what goes wrong becomes `message`, pauses, and leaves the last good state."""
-        self.model.spring = self._spring()
         try:
             with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
                 following = next(self._states)
@@ -229,16 +230,15 @@ class Session:
     def release(self) -> None:
         """Let go."""
         self.grabbed = None
-        self.model.spring = self._own_spring
 
     @property
     def pull(self) -> np.ndarray | None:
         """The grabbed vertex and where it is pulled, as shown, (2, 3) [m]."""
         return None if self.grabbed is None else np.stack([self.x[self.grabbed], self._pull])
 
-    def _spring(self) -> Spring | None:
+    def _spring(self, time: float) -> Spring | None:
         if self.grabbed is None:
-            return self._own_spring
+            return self._own_spring(time)
         target = (self._pull + self.origin).tolist()
         # half the cloth's own stiffness: it follows the hand, and gives before a triangle is torn out
         stiffness = max(self.scene.drag_stiffness, self.model.body.stiffness / 2)
