@@ -170,7 +170,9 @@ def _news(workspace: Workspace) -> list[str]:
 
 @app.command()
 def run(
-    scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")] = "drape",
+    scene: Annotated[
+        str | None, typer.Argument(help="A scene; `muslin scenes` lists them. Default: the assignment's own.")
+    ] = None,
     mesh: Cloth = None,
     scale: Scale = None,
     functions: Functions = None,
@@ -195,6 +197,7 @@ def run(
     from muslin.student.workspace import find
 
     workspace = find(functions)  # the likeliest trouble first: the rest takes a second to import
+    scene = scene or workspace.scene
     from muslin.cli.simulating import _settings, _size
     from muslin.simulation import scenes
     from muslin.student import running
@@ -265,7 +268,9 @@ def submit(
 @app.command()
 def watch(
     folder: Here = None,
-    scene: Annotated[str, typer.Option(help="What the key r runs.")] = "drape",
+    scene: Annotated[
+        str | None, typer.Option(help="What the key r runs. Default: the assignment's own scene.")
+    ] = None,
 ) -> None:
     """Check whenever you save a file. Keys: h hint, l list, n next, r run, q quit."""
     from muslin.student import watching

@@ -22,7 +22,7 @@ GREEN, WRONG, TODO, ERROR = "green", "wrong", "to do", "error"
 SEEDS = ("check 0", "check 1", "check 2", "check 3")
 
 #: What comes when every task is green.
-NEXT = "muslin run drape shows your cloth move; muslin submit packs it to hand in."
+NEXT = "muslin run {scene} shows what your functions do; muslin submit packs them to hand in."
 
 #: A worker is renewed after so many checks: each leaves about 4 MB of kernels behind.
 RENEWED_AFTER = 40
@@ -260,7 +260,7 @@ def summary(workspace: Workspace, reports: list[Report]) -> str:
     line = f"{green} of {len(reports)} tasks agree with the reference data."
     if green < len(workspace.table.tasks):
         return line
-    return f"{line} Everything is green.\nNext: {NEXT}"
+    return f"{line} Everything is green.\nNext: {NEXT.format(scene=workspace.scene)}"
 
 
 def told(workspace: Workspace, report: Report, width: int = 0, brief: bool = False) -> list[str]:

@@ -34,12 +34,12 @@ class Watch:
     workspace : Workspace
     say : callable
         Prints a line.
-    scene : str
-        What the key r runs.
+    scene : str, optional
+        What the key r runs; default the assignment's own.
     """
 
-    def __init__(self, workspace: Workspace, say: Callable[[str], Any], scene: str = "drape"):
-        self.workspace, self.say, self.scene = workspace, say, scene
+    def __init__(self, workspace: Workspace, say: Callable[[str], Any], scene: str | None = None):
+        self.workspace, self.say, self.scene = workspace, say, scene or workspace.scene
         self.checker = checking.Checker(ready=("muslin.grading.diagnosis", "muslin.judging.properties"))
         self.texts: dict[str, str] = {}
         self.keys: dict[str, str] = {}
@@ -150,7 +150,8 @@ class Watch:
             self.current = first.task.name
         self.say(progress.bar(found) + note)
         if self.current is None:
-            self.say(f"Everything is green. Next: r runs your cloth, or {checking.NEXT}")
+            next_ = checking.NEXT.format(scene=self.scene)
+            self.say(f"Everything is green. Next: r runs a scene with your functions, or {next_}")
             return
         entry = self.workspace.table.tasks[self.current]
         self.say(
@@ -178,7 +179,7 @@ def _stamp(path: Path) -> tuple[int, int] | None:
     return status.st_mtime_ns, status.st_size
 
 
-def watch(workspace: Workspace, say: Callable[[str], Any], scene: str = "drape") -> None:
+def watch(workspace: Workspace, say: Callable[[str], Any], scene: str | None = None) -> None:
     """Watch until q is pressed, Ctrl-C comes, or the workspace is gone."""
     session = Watch(workspace, say, scene)
     try:

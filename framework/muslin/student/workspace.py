@@ -43,6 +43,11 @@ class Workspace:
     aside: dict[str, Any] = field(default_factory=dict, compare=False)
 
     @property
+    def scene(self) -> str:
+        """The scene that is run where none is named: the one all functions are graded in."""
+        return self.table.simulation.scene if self.table.simulation is not None else "drape"
+
+    @property
     def hidden(self) -> Path:
         """Where Muslin keeps what it remembers."""
         return self.folder / FOLDER
