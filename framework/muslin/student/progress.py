@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 
 from muslin.base.errors import MuslinError
-from muslin.physics.stand_ins import NEEDS
+from muslin.physics.stand_ins import needs
 from muslin.reading import source
 from muslin.student.checking import GREEN, TODO
 from muslin.student.workspace import Workspace
@@ -52,7 +52,7 @@ def standings(workspace: Workspace) -> list[Standing]:
 
 def prerequisites(task: Task, order: list[str]) -> tuple[str, ...]:
     """Earlier tasks (in this order) a task waits for in the simulator; each can be checked without them."""
-    together = {name for names in NEEDS.values() if task.name in names for name in names}
+    together = {name for names in needs(order).values() if task.name in names for name in names}
     return task.needs or tuple(name for name in order[: order.index(task.name)] if name in together)
 
 

@@ -16,7 +16,7 @@ import numpy as np
 from muslin.base.errors import MuslinError, NotImplementedYet
 from muslin.mesh import area_and_normal
 from muslin.physics.colliders import Capsule, Collider, Plane, Sphere
-from muslin.physics.stand_ins import NEEDS
+from muslin.physics.stand_ins import needs
 from muslin.simulation import scenes
 from muslin.simulation.integrators import steps
 from muslin.simulation.model import Model, Spring, State
@@ -25,7 +25,7 @@ from muslin.simulation.simulating import build
 from muslin.tasks import Functions, failure_of, load
 from muslin.viewer.pace import Pace
 
-#: Parts of a simulation (keys of `muslin.physics.stand_ins.NEEDS`) that a session computes, and what to call them.
+#: Parts of a simulation (keys of `muslin.physics.stand_ins.needs`) that a session computes, and what to call them.
 PARTS: Mapping[str, str] = {
     "gradient": "elastic force",
     "hessian": "Hessian",
@@ -268,13 +268,14 @@ class Session:
         body = self.model.body
         if body.functions is None:
             return []
-        needs = {**NEEDS, **body.needs}
-        calling = {part for part in PARTS if body.roles.calling(needs[part]) is not None}
-        yours = [name for part, name in PARTS.items() if part in calling]
+        behind = {**needs(body.functions.assignment.tasks), **body.needs}
+        parts = [part for part in PARTS if part in behind]
+        calling = {part for part in parts if body.roles.calling(behind[part]) is not None}
+        yours = [PARTS[part] for part in parts if part in calling]
         lines = [f"Your functions compute: {', '.join(yours) or 'nothing yet'}."]
-        if missing := [part for part in PARTS if part not in calling]:
+        if missing := [part for part in parts if part not in calling]:
             lines.append(f"Muslin stands in for: {', '.join(PARTS[part] for part in missing)}.")
-            wanted = {n for part in missing for n in needs[part]}
+            wanted = {n for part in missing for n in behind[part]}
             lines.append(
                 f"Because: {', '.join(f'{t} {why}' for t, why in self.faults.items() if t in wanted)}."
             )
@@ -328,7 +329,9 @@ def faults(functions: Functions, parts: Iterable[str] = tuple(PARTS)) -> dict[st
     """
     from muslin.judging.reference import check
 
-    wanted = [name for name in functions.assignment.tasks if any(name in NEEDS[part] for part in parts)]
+    tasks = functions.assignment.tasks
+    behind = needs(tasks)
+    wanted = [name for name in tasks if any(name in behind.get(part, ()) for part in parts)]
     found = {}
     for name in wanted:
         failure = failure_of(functions[name])
