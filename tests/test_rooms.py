@@ -1,8 +1,10 @@
-"""How the framework's files are made: kernels apart from what is typed."""
+"""How the framework's files are made: kernels apart from what is typed, and no file too long to be read at once."""
 
 import ast
 import sys
 from pathlib import Path
+
+import pytest
 
 if sys.version_info >= (3, 11):
     import tomllib
@@ -11,6 +13,9 @@ else:
 
 ROOT = Path(__file__).resolve().parents[1]
 FRAMEWORK = ROOT / "framework" / "muslin"
+
+#: Lines a file may have, unless it says why it has more: a line of its docstring begins with these words.
+LONGEST, REASON = 400, "Longer than others:"
 
 
 def name_of(file):
@@ -53,3 +58,13 @@ def test_kernels_have_files_of_their_own():
     for file in FRAMEWORK.rglob("*.py"):
         if engine_functions(ast.parse(file.read_text(encoding="utf-8"))):
             assert name_of(file) in untyped_modules() | asks_whether_the_engine_works
+
+
+@pytest.mark.parametrize("folder", ["framework", "solutions"])
+def test_a_file_too_long_to_be_read_at_once_says_why(folder):
+    long = {}
+    for file in (ROOT / folder).rglob("*.py"):
+        text = file.read_text(encoding="utf-8")
+        if len(text.splitlines()) > LONGEST and REASON not in (ast.get_docstring(ast.parse(text)) or ""):
+            long[str(file.relative_to(ROOT))] = len(text.splitlines())
+    assert not long

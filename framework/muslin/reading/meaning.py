@@ -7,6 +7,8 @@ or plain numbers where all inputs share one.
 
 What a text means may be asked once more with parts of it replaced (`Meaning.otherwise`): only what hangs on them is
 worked out again, so that hundreds of changes can be tried.
+
+Longer than others: it is one interpreter, and what it understands of a language cannot be read apart.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Neo-Hookean elasticity: how the cases are drawn, what is true, and what students get wrong."""
+"""Neo-Hookean elasticity: how the cases are drawn, what is true, and what students get wrong.
+
+Longer than others: it mirrors a file of the students', and a task's judge is to be read in one piece.
+"""
 
 from __future__ import annotations
 

@@ -18,6 +18,8 @@ from muslin.physics.body import Body
 from muslin.physics.colliders import CONTACT, Collider, Plane, Sphere
 from muslin.physics.material import lame
 from muslin.simulation.model import Spring
+from muslin.simulation.scenes.pins import PINS, SIDES, near_sides
+from muslin.simulation.scenes.values import _number, converted
 from muslin.tasks import Functions
 
 EARTH = (0.0, -9.81, 0.0)
@@ -191,7 +193,7 @@ class Scene:
         if self.pinned in PINS:
             pinned = PINS[self.pinned](X, mesh.extent)
         elif any(side in self.pinned for side in SIDES):
-            pinned = _near_sides(self.pinned, X, mesh.extent)
+            pinned = near_sides(self.pinned, X, mesh.extent)
         else:
             try:
                 numbers = [int(word) for word in str(self.pinned).replace(",", " ").split()]
@@ -254,59 +256,6 @@ FAR_OFF = 10.0
 _FIXED = {"name", "title", "size", "start", "colliders", "carried"}
 
 
-def _none(X: np.ndarray, size: float) -> np.ndarray:
-    return np.empty(0, dtype=int)
-
-
-def _highest_row(X: np.ndarray, size: float) -> np.ndarray:
-    return np.flatnonzero(X[:, 1] > X[:, 1].max() - 1e-6 * size)
-
-
-def _corners(X: np.ndarray, size: float) -> np.ndarray:
-    """The two upper corners: extreme in x among the highest row."""
-    row = _highest_row(X, size)
-    return np.unique(row[[int(np.argmin(X[row, 0])), int(np.argmax(X[row, 0]))]])
-
-
-def _collar(X: np.ndarray, size: float) -> np.ndarray:
-    """The inner arc of a cape pattern: the vertices nearest its centre, the origin."""
-    radius = np.linalg.norm(X, axis=1)
-    return np.flatnonzero(radius < radius.min() + 1e-6 * size)
-
-
-#: Rules for `pinned`, on the undeformed positions.
-PINS: dict[str, Callable[[np.ndarray, float], np.ndarray]] = {
-    "none": _none,
-    "highest-row": _highest_row,
-    "corners": _corners,
-    "collar": _collar,
-}
-
-
-#: Sides of a body: the axis, and which end of it. `lowest:3` are the vertices within 3 [m] of the lowest.
-SIDES = {
-    "lowest": (1, -1),
-    "highest": (1, 1),
-    "left": (0, -1),
-    "right": (0, 1),
-    "back": (2, -1),
-    "front": (2, 1),
-}
-
-
-def _near_sides(rule: str, X: np.ndarray, size: float) -> np.ndarray:
-    """Vertices within some distance of sides: `lowest:3`, or several: `left:0.01,right:0.01`."""
-    pinned = np.zeros(len(X), dtype=bool)
-    for part in rule.replace(",", " ").split():
-        side, _, reach = part.partition(":")
-        if side not in SIDES:
-            raise MuslinError(f"pinned = {rule!r} is not understood.", choices(side, SIDES))
-        axis, end = SIDES[side]
-        along = end * X[:, axis]
-        pinned |= along >= along.max() - _convert("pinned", reach or "0", "float") - 1e-9 * size
-    return np.flatnonzero(pinned)
-
-
 def override(scene: Scene, **values: Any) -> Scene:
     """Copy of a scene with some parameters changed; text is converted to the parameter's type.
 
@@ -322,7 +271,7 @@ def override(scene: Scene, **values: Any) -> Scene:
             raise MuslinError(
                 f"The scene {scene.name!r} has no parameter {name!r}.", choices(name, sorted(known))
             )
-        changes[name] = _convert(name, value, _kind(scene, name))
+        changes[name] = converted(name, value, _kind(scene, name))
     if {"E", "nu"} & changes.keys() and not {"mu", "lam"} & changes.keys():
         changes |= {"mu": None, "lam": None}  # the pair given last counts
     changed = dataclasses.replace(scene, **changes)
@@ -332,7 +281,7 @@ def override(scene: Scene, **values: Any) -> Scene:
         if not getattr(changed, name) > low:
             wanted = "positive" if low == 0 else f"at least {low + 1}"
             raise MuslinError(f"{name} = {getattr(changed, name)} must be {wanted}.")
-    if changed.scale != "fit" and not _convert("scale", changed.scale, "float") > 0:
+    if changed.scale != "fit" and not converted("scale", changed.scale, "float") > 0:
         raise MuslinError(f"scale = {changed.scale} must be positive.", "Write a factor, or fit.")
     if changed.camera not in ("fit", "follow"):
         raise MuslinError(f"camera = {changed.camera!r} is not understood.", "Write fit or follow.")
@@ -364,49 +313,3 @@ LOWEST = {
 def _kind(scene: Scene, name: str) -> str:
     kind = next(f.type for f in dataclasses.fields(scene) if f.name == name)
     return kind if isinstance(kind, str) else kind.__name__  # a subclass may annotate with types or with text
-
-
-def _convert(name: str, value: Any, kind: str) -> Any:
-    """Read a parameter from text (or pass it through) according to its declared type."""
-    try:
-        if kind == "bool":
-            words = {
-                "true": True,
-                "yes": True,
-                "on": True,
-                "1": True,
-                "false": False,
-                "no": False,
-                "off": False,
-                "0": False,
-                "none": False,
-            }
-            return words[str(value).strip().lower()]
-        if kind == "int":
-            if float(value) != int(float(value)):
-                raise ValueError
-            return int(float(value))
-        if kind == "Vec":
-            parts = value.replace(",", " ").split() if isinstance(value, str) else list(value)
-            vector = tuple(_number(part) for part in parts)
-            if len(vector) != 3:
-                raise ValueError
-            return vector
-        if kind.startswith("float"):
-            return None if "None" in kind and (value is None or value == "none") else _number(value)
-        return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
-    except (ValueError, TypeError, KeyError, OverflowError, ZeroDivisionError):
-        wanted = {"bool": "on or off", "int": "a whole number", "Vec": "three numbers such as 0,-9.81,0"}
-        raise MuslinError(f"{name} = {value!r} is not {wanted.get(kind, 'a number')}.") from None
-
-
-def _number(text: Any) -> float:
-    """A finite number; fractions such as 1/240 are read too."""
-    if isinstance(text, str) and "/" in text:
-        above, below = text.split("/")
-        number = float(above) / float(below)
-    else:
-        number = float(text)
-    if not np.isfinite(number):
-        raise ValueError(text)
-    return number
