@@ -19,6 +19,7 @@ import pytest
 
 import muslin
 from muslin.authoring import release as authoring
+from muslin.authoring import wheel
 from muslin.authoring.leaks import answers
 from muslin.authoring.regions import regions
 from muslin.base import paths
@@ -68,9 +69,16 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 # -------------------- the repository as it is
 
 
-def test_the_released_assignment_is_what_the_solution_gives(monkeypatch):
+def test_the_released_assignments_are_what_the_solutions_give(monkeypatch):
     monkeypatch.chdir(ROOT)
-    assert authoring.out_of_step("cloth") == []
+    assert [authoring.out_of_step(name) for name in paths.assignments("solutions")] == [[], []]
+
+
+def test_students_get_what_every_assignment_lets_them_read_of_its_judges():
+    held = {path.resolve() for path in wheel.contents().values()}
+    files = list((ROOT / "solutions").glob("*/practice/*.py"))
+    assert {path.parts[-3] for path in files} == set(paths.assignments("solutions"))
+    assert {path.resolve() for path in files} <= held
 
 
 def test_no_solution_line_occurs_in_what_a_student_receives():
