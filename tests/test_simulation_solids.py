@@ -15,8 +15,10 @@ from muslin.mesh.filling import fill
 from muslin.mesh.tets import signed_volumes
 from muslin.physics.skinning import bind
 from muslin.physics.solid import ENERGIES, Solid, constants
+from muslin.present import pictures
 from muslin.simulation import scenes
 from muslin.simulation.model import Model
+from muslin.simulation.runs import RunFolder
 from muslin.simulation.simulating import build
 
 
@@ -209,3 +211,35 @@ def test_a_run_of_a_solid_is_resumed_to_the_bit(tmp_path):
     resumed = muslin.simulate("beam", steps=6, out=tmp_path / "half", resume=True)
     np.testing.assert_array_equal(resumed.x, whole.x)
     assert isinstance(resumed.body, Solid)
+
+
+def test_von_mises_stress_of_a_stretched_bar_is_its_pull_over_its_section():
+    E, strain = 3e5, 1e-6
+    solid = scenes.get("beam", E=E, nu=0.3).body(block(3, 3, 3), None, "neo-hookean", "closed", ())
+    stretched = solid.X * (1 + strain, 1 - 0.3 * strain, 1 - 0.3 * strain)
+    np.testing.assert_allclose(solid.von_mises(stretched), E * strain, rtol=1e-4)
+    assert solid.von_mises(solid.X * 1.1).max() <= 1e-9 * E  # of a change of volume alone there is none
+
+
+def test_a_run_is_exported_with_its_skin_and_its_tetrahedra(tmp_path):
+    import meshio
+
+    run = muslin.simulate("jelly", steps=2, out=tmp_path / "run")
+    pictures.export_run(tmp_path / "run", "vtu", tmp_path / "out.pvd")
+    inside = meshio.read(tmp_path / "out_solid_0001.vtu")
+    assert inside.cells_dict["tetra"].shape == run.body.cells.shape
+    np.testing.assert_array_equal(inside.points, run.x)
+    np.testing.assert_allclose(inside.cell_data["von_mises"][0], run.body.von_mises(run.x), rtol=1e-9)
+    outside = meshio.read(tmp_path / "out_0001.vtu")
+    assert len(outside.points) >= 10_000
+    (glb,) = pictures.export_run(tmp_path / "run", "glb", tmp_path / "out.glb")
+    assert glb.stat().st_size > 100_000
+
+
+def test_strain_is_shown_on_the_skin_as_the_solid_inside_has_it(tmp_path):
+    run = muslin.simulate("wobble", steps=0, out=tmp_path / "run")
+    show = pictures.Show(RunFolder(tmp_path / "run"), (64, 48), "draft")
+    values = show.strain(0)
+    assert values.shape == (len(creature_skin().vertices),)
+    np.testing.assert_allclose(values, 1.2, rtol=1e-9)  # it starts stretched by a fifth
+    assert run.scene.stretch == (1.0, 1.2, 1.0)

@@ -10,7 +10,8 @@ to     what is written for the path `drape`                               opens 
 =====  =================================================================  ==============================
 glb    `drape.glb`: morph targets, at most `max_frames` frames            Blender, browsers, viewers
 usda   `drape.usda`: time-sampled points                                  Blender, Houdini, Maya, usdview
-pvd    `drape.pvd` and `drape_0000.vtu`, ...: displacement, strain        ParaView
+pvd    `drape.pvd` and `drape_0000.vtu`, ...: displacement, strain;       ParaView
+       of a solid `drape_solid_0000.vtu`, too: its von Mises stress
 vtu    the same as pvd                                                    ParaView
 ply    `drape_0000.ply`, ...; props `drape_sphere_0000.ply`               Blender, MeshLab, ParaView
 obj    `drape_0000.obj`, ...: cloth and props as objects                  Blender and most others
@@ -34,12 +35,12 @@ from pathlib import Path
 from typing import Any
 
 from muslin.base.errors import MuslinError
-from muslin.export.animation import Animation, Prop
+from muslin.export.animation import Animation, Prop, Solid
 from muslin.export.gltf import MAX_FRAMES, write_glb
 from muslin.export.series import write_obj, write_ply, write_pvd
 from muslin.export.usd import write_usda
 
-__all__ = ["FORMATS", "MAX_FRAMES", "Animation", "Prop", "write"]
+__all__ = ["FORMATS", "MAX_FRAMES", "Animation", "Prop", "Solid", "write"]
 
 # Format -> (writer, extension of the path it is given, what a person calls it).
 FORMATS: dict[str, tuple[Callable[..., list[Path]], str, str]] = {

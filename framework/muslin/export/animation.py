@@ -66,6 +66,27 @@ class Prop:
 
 
 @dataclass(frozen=True, eq=False)
+class Solid:
+    """The tetrahedra inside a surface that moves; only formats for analysis take them.
+
+    Parameters
+    ----------
+    frames : sequence of k arrays (n, 3)
+        Positions [m].
+    cells : (m, 4) int
+    rest : (n, 3)
+        Undeformed positions [m].
+    stress : callable (n, 3) -> (m,), optional
+        Von Mises stress of the tetrahedra [Pa].
+    """
+
+    frames: Frames
+    cells: np.ndarray
+    rest: np.ndarray
+    stress: Callable[[np.ndarray], np.ndarray] | None = None
+
+
+@dataclass(frozen=True, eq=False)
 class Animation:
     """A cloth in motion. Y is up.
 
@@ -86,6 +107,8 @@ class Animation:
         A number per vertex to colour frame k by [1], where there is one.
     colour : str
         sRGB, "#rrggbb".
+    solid : Solid, optional
+        What is inside.
 
     Raises
     ------
@@ -101,6 +124,7 @@ class Animation:
     props: tuple[Prop, ...] = ()
     strain: Callable[[int], Any] | None = None
     colour: str = CLOTH_COLOUR
+    solid: Solid | None = None
 
     def __post_init__(self) -> None:
         times = np.asarray(self.times, dtype=np.float64)

@@ -9,7 +9,7 @@ from xml.sax.saxutils import quoteattr
 
 import numpy as np
 
-from muslin.export.animation import Animation, Body, bodies
+from muslin.export.animation import Animation, Body, Solid, bodies
 from muslin.export.files import Notice, numbered, warn_of_leftovers, whole
 from muslin.render.stage import texture_coordinates
 
@@ -18,7 +18,8 @@ def write_pvd(animation: Animation, path: Path, notice: Notice) -> list[Path]:
     """Write `drape.pvd`, the file to open in ParaView, and `drape_0000.vtu`, ... beside it.
 
     Point data of the cloth: `displacement` from the rest shape [m], and `strain` [1] where the animation has
-    it. Props are parts of their own, in `drape_sphere_0000.vtu`; one that stands still is one file. All
+    it. Props are parts of their own, in `drape_sphere_0000.vtu`; one that stands still is one file. So are the
+    tetrahedra of a solid, in `drape_solid_0000.vtu`, with `displacement` [m] and the cells' `von_mises` [Pa]. All
     numbers are float64. If writing is interrupted, the PVD names the frames written so far.
 
     Parameters
@@ -60,8 +61,23 @@ def write_pvd(animation: Animation, path: Path, notice: Notice) -> list[Path]:
             written[file] = None
         return file
 
+    def inside(solid: Solid, k: int) -> Path:
+        file = numbered(pieces, k, "solid")
+        x = np.asarray(solid.frames[k], dtype=np.float64)
+        cells = {} if solid.stress is None else {"von_mises": [solid.stress(x)]}
+        moved = {"displacement": x - solid.rest}
+        _meshio(file, meshio.Mesh(x, [("tetra", solid.cells)], point_data=moved, cell_data=cells), "vtu")
+        written[file] = None
+        return file
+
     try:
         for k, time in enumerate(animation.times.tolist()):
+            if animation.solid is not None:
+                file = inside(animation.solid, k)
+                entries.append(
+                    f'    <DataSet timestep="{time!r}" part="{len(parts)}" name="solid"'
+                    f" file={quoteattr(file.name)}/>\n"
+                )
             for i, body in enumerate(parts):
                 file = piece(body, k if body.moves else 0)
                 entries.append(

@@ -127,6 +127,18 @@ def signed_volumes(vertices: np.ndarray, cells: np.ndarray) -> np.ndarray:
     return np.einsum("mk,mk->m", np.cross(x1 - x0, x2 - x0), x3 - x0) / 6
 
 
+def deformation_gradients(X: np.ndarray, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """F of each tetrahedron between undeformed and deformed positions, (m, 3, 3)."""
+    rest, now = (np.moveaxis(p[cells[:, 1:]] - p[cells[:, :1]], 1, 2) for p in (X, x))
+    return np.asarray(now @ np.linalg.inv(rest))
+
+
+def furthest_stretches(X: np.ndarray, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Principal stretch of each tetrahedron that is furthest from 1, (m,) [1]."""
+    s = np.linalg.svd(deformation_gradients(X, x, cells), compute_uv=False)
+    return np.asarray(s[np.arange(len(s)), np.argmax(np.abs(s - 1), axis=1)])
+
+
 def boundary_triangles(cells: np.ndarray) -> np.ndarray:
     """Faces that belong to one tetrahedron only, (t, 3) int32, turned outwards, in the order of the cells."""
     faces = np.asarray(cells)[:, FACES].reshape(-1, 3)

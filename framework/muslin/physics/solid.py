@@ -154,6 +154,21 @@ class Solid(Body):
             return KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
         return super()._moving_energies()
 
+    def von_mises(self, x: np.ndarray) -> np.ndarray:
+        """How hard each tetrahedron is stressed beside its pressure, (m,) [Pa]: sqrt(3/2) |dev sigma|."""
+        from muslin.mesh.tets import deformation_gradients
+
+        self.update(x)
+        self.prepare("gradient")
+        forces = self.elements["gradient"].gradients.reshape(-1, 4, 3)[:, 1:]
+        rest = self.X[self.cells[:, 1:]] - self.X[self.cells[:, :1]]
+        # gradient i is V P g_i, and the edges are the inverse of the g_i
+        P = np.einsum("mia,mib->mab", forces, rest) / self.volume[:, None, None]
+        F = deformation_gradients(self.X, np.asarray(x, dtype=np.float64).reshape(-1, 3), self.cells)
+        sigma = P @ np.swapaxes(F, 1, 2) / np.linalg.det(F)[:, None, None]
+        deviator = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
+        return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))))
+
     word = "solid"
     exact_near_rest = True
 

@@ -14,12 +14,15 @@ from muslin import render
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
 from muslin.mesh import area_and_normal, principal_stretches
+from muslin.mesh.surface import frozen
+from muslin.mesh.tets import furthest_stretches, signed_volumes
 from muslin.physics.colliders import Capsule, Sphere
+from muslin.physics.skinning import Skin, bind
 from muslin.render import stage
 from muslin.simulation.runs import RunFolder
 
 if TYPE_CHECKING:
-    from muslin.export import Animation
+    from muslin.export import Animation, Solid
 from muslin.present.naming import beside, placed
 
 #: The cloth's back: a shade darker than its front, so that folds read as one cloth.
@@ -86,7 +89,18 @@ class Show:
 
     def strain(self, k: int) -> np.ndarray:
         """Principal stretch that is furthest from 1, averaged onto the vertices shown, (n,) [1]."""
-        return vertex_strain(self.run.rest, self.frames[k], self.run.shown_triangles)
+        if self.run.cells is None:
+            return vertex_strain(self.run.rest, self.frames[k], self.run.shown_triangles)
+        inside = solid_strain(self.run.X, self.run.simulated[k], self.run.cells)
+        return inside if self._skin is None else self._skin.carry(inside[:, None])[:, 0]
+
+    @functools.cached_property
+    def _skin(self) -> Skin | None:
+        """How the solid inside carries what is shown, if that is not its own surface."""
+        solid = self.run.solid
+        if solid is None or self.run.rest is self.run.X:
+            return None
+        return bind(frozen(self.run.rest, self.run.shown_triangles, "skin"), solid)
 
     def surfaces(self, k: int) -> list[render.Surface]:
         """Cloth, colliders and ground in frame k."""
@@ -166,6 +180,14 @@ def vertex_strain(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) -> np.
     corners = triangles.ravel()
     weight = np.bincount(corners, np.repeat(area, 3), minlength=len(x))
     return np.bincount(corners, np.repeat(area * furthest, 3), minlength=len(x)) / weight
+
+
+def solid_strain(rest: np.ndarray, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
+    """Principal stretch of tetrahedra furthest from 1, averaged by volume onto vertices, (n,) [1]."""
+    volume, corners = signed_volumes(rest, cells), cells.ravel()
+    weight = np.bincount(corners, np.repeat(volume, 4), minlength=len(x))
+    total = np.repeat(volume * furthest_stretches(rest, x, cells), 4)
+    return np.asarray(np.bincount(corners, total, minlength=len(x)) / weight)
 
 
 def render_run(
@@ -335,7 +357,18 @@ def animation(folder: Path | str) -> Animation:
     return Animation(
         show.times, run.frames, run.shown_triangles, run.rest,
         name=run.scene.name, props=tuple(props), strain=show.strain,
+        solid=_solid(run),
     )  # fmt: skip
+
+
+def _solid(run: RunFolder) -> Solid | None:
+    """What is inside the surface of a run of a solid."""
+    from muslin.export import Solid
+
+    if run.solid is None:
+        return None
+    body = run.scene.body(run.solid, None, run.description["energy"], "closed", ())
+    return Solid(run.simulated, run.solid.cells, run.X, getattr(body, "von_mises", None))
 
 
 def export_run(folder: Path | str, to: str | None = None, out: Path | str | None = None) -> list[Path]:

@@ -30,7 +30,8 @@ from muslin import __version__
 from muslin.base import engine, paths
 from muslin.base.errors import MuslinError
 from muslin.base.writing import write
-from muslin.mesh import Mesh
+from muslin.mesh import Mesh, TetMesh
+from muslin.mesh.tets import frozen_solid
 from muslin.physics.body import Body
 from muslin.simulation import scenes
 from muslin.simulation.model import State
@@ -185,6 +186,11 @@ class RunFolder:
             raise MuslinError(f"The run {paths.shown(folder)} has no frames yet.")
         for kind in {"frames", self._shown}:
             self._all_there(kind)
+
+    @property
+    def solid(self) -> TetMesh | None:
+        """The undeformed solid, where it is one that was simulated."""
+        return None if self.cells is None else frozen_solid(self.X, self.cells, self.scene.name)
 
     @property
     def _shown(self) -> str:
