@@ -29,6 +29,7 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     """
     from muslin import reading, tasks
     from muslin.judging import reference
+    from muslin.reading import source
     from muslin.student import plain
     from muslin.tasks import plain as in_python
     from muslin.tasks.batch import evaluate
@@ -84,14 +85,15 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
             yield ""
             yield from _beside(entry.name if len(expected) > 1 else "Result", mine[case], right[case])
         assert verdict is not None
-        yield from _verdict(table.tasks[name], got, expected, inputs, verdict, assignment)
+        text = source.glimpse(folder / table.tasks[name].file)
+        yield from _verdict(table.tasks[name], got, expected, inputs, verdict, assignment, text)
         if not verdict.ok:
             yield from (f"  look: {note}" for note in reading.told(functions[name]))
     yield from _whole(functions, assignment, name, case)
 
 
 def _verdict(
-    task: Any, got: Any, expected: Any, inputs: Values, verdict: Any, assignment: str
+    task: Any, got: Any, expected: Any, inputs: Values, verdict: Any, assignment: str, text: str
 ) -> Iterator[str]:
     yield ""
     if verdict.ok:
@@ -100,7 +102,7 @@ def _verdict(
     yield f"{verdict.message.splitlines()[0]}."
     from muslin.grading.diagnosis import diagnose
 
-    found = diagnose(task, got, expected, inputs, assignment)
+    found = diagnose(task, got, expected, inputs, assignment, text)
     if found is not None:
         yield f"likely: {found.mistake}"
         yield f"   try: {found.advice}"

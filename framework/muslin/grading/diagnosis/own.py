@@ -41,6 +41,7 @@ ALIKE: Mapping[str, tuple[str, ...]] = {
 }
 
 ADVICE = "Hold that line against the formula. With this one thing changed, all public cases agree."
+ADVICE_BOTH = "Hold those lines against the formula. With them changed, all public cases agree."
 
 
 def agrees(cause: str, change: Repair | None) -> bool:
@@ -58,9 +59,9 @@ def repaired(found: Diagnosis | None, change: Repair | None) -> Diagnosis | None
     """A diagnosis, and beside it what the student's own text shows."""
     if change is None:
         return found
-    own = change.sentence
+    own, advice = change.sentence, ADVICE_BOTH if change.more else ADVICE
     if found is None:
-        return Diagnosis(f"in the text: {change.kind}", own, ADVICE)
+        return Diagnosis(f"in the text: {change.kind}", own, advice)
     if bare(found.cause):
-        return replace(found, mistake=f"{own} {found.mistake}", advice=ADVICE)
+        return replace(found, mistake=f"{own} {found.mistake}", advice=advice)
     return replace(found, mistake=f"{found.mistake} {own}")
