@@ -165,15 +165,37 @@ class Search:
     def found(self) -> Repair | None:
         """The plainest change that makes all results right, or those entries that are asked for."""
         changes = itertools.chain(self.changes.plain(), self.changes.larger(self._hope))
+        spare: Repair | None = None
         for change in itertools.islice(changes, LOOKED):
             try:
                 if self._may_be(change) and self._is(change):
-                    return replace(change, place=self._place(change))
+                    if not self._idle(change):
+                        return replace(change, place=self._place(change))
+                    spare = spare or change
             except IMPOSSIBLE:
                 continue
             if self._tried > (TRIED if self.asked.all() else TRIED_APART) or self.meaning.spent > SPENT:
                 break
-        return None
+        return spare and replace(spare, place=self._place(spare))
+
+    def _idle(self, change: Repair) -> bool:
+        """Whether a change only makes what stands around it come to one: then that is too much, not a name in it."""
+        outer = self.changes.scope.parent(self._nodes[next(iter(change.changes))])
+        while isinstance(outer, ast.Attribute):
+            outer = self.changes.scope.parent(outer)
+        if change.kind not in ("name", "index") or not isinstance(outer, (ast.Call, ast.BinOp)):
+            return False
+        self.meaning.seen = {}
+        try:
+            self.meaning.otherwise(change.changes)
+            value = self.meaning.seen.get(id(outer))
+        finally:
+            self.meaning.seen = None
+        return (
+            isinstance(value, np.ndarray)
+            and value.ndim == 1
+            and bool(np.allclose(value, 1, rtol=0, atol=1e-9))
+        )
 
     def found_in_parts(self) -> Repair | None:
         """Two or three slips at once: a change for each group of entries that is wrong, all of them together."""
