@@ -13,9 +13,7 @@ import numpy as np
 from muslin import render
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
-from muslin.mesh import area_and_normal, principal_stretches
 from muslin.mesh.surface import frozen
-from muslin.mesh.tets import furthest_stretches, signed_volumes
 from muslin.physics.colliders import Capsule, Sphere
 from muslin.physics.skinning import Skin, bind
 from muslin.render import stage
@@ -24,6 +22,7 @@ from muslin.simulation.runs import RunFolder
 if TYPE_CHECKING:
     from muslin.export import Animation, Solid
 from muslin.present.naming import beside, placed
+from muslin.present.strain import solid_strain, vertex_strain
 
 #: The cloth's back: a shade darker than its front, so that folds read as one cloth.
 BACK = "#a63d2b"
@@ -170,24 +169,6 @@ class Show:
             wireframe=self.wireframe,
             legend=self.legend,
         )
-
-
-def vertex_strain(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Principal stretch furthest from 1, averaged by area onto vertices, (n,) [1]."""
-    s = principal_stretches(rest, x, triangles)
-    furthest = s[np.arange(len(s)), np.argmax(np.abs(s - 1), axis=1)]
-    area, _ = area_and_normal(rest, triangles)
-    corners = triangles.ravel()
-    weight = np.bincount(corners, np.repeat(area, 3), minlength=len(x))
-    return np.bincount(corners, np.repeat(area * furthest, 3), minlength=len(x)) / weight
-
-
-def solid_strain(rest: np.ndarray, x: np.ndarray, cells: np.ndarray) -> np.ndarray:
-    """Principal stretch of tetrahedra furthest from 1, averaged by volume onto vertices, (n,) [1]."""
-    volume, corners = signed_volumes(rest, cells), cells.ravel()
-    weight = np.bincount(corners, np.repeat(volume, 4), minlength=len(x))
-    total = np.repeat(volume * furthest_stretches(rest, x, cells), 4)
-    return np.asarray(np.bincount(corners, total, minlength=len(x)) / weight)
 
 
 def render_run(

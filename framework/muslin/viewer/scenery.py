@@ -8,7 +8,7 @@ import numpy as np
 
 from muslin import render
 from muslin.physics.colliders import Capsule, Plane, Sphere
-from muslin.present.pictures import vertex_strain
+from muslin.present.strain import vertex_strain
 from muslin.render import stage
 from muslin.render.materials import strain_position, strain_table
 from muslin.viewer.session import Session
