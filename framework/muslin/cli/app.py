@@ -8,7 +8,7 @@ import os
 import sys
 from enum import Enum
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
@@ -18,9 +18,6 @@ from muslin.base.text import visible
 from muslin.base.version import __version__
 from muslin.cli import console
 from muslin.cli.console import say
-
-if TYPE_CHECKING:
-    pass
 
 # The threads of NumPy's BLAS have nothing to do here, and spin: a fifth of a second of CPU time in every command.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")

@@ -2,15 +2,10 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from muslin.mesh import area_and_normal, principal_stretches
 from muslin.mesh.tets import furthest_stretches, signed_volumes
-
-if TYPE_CHECKING:
-    pass
 
 
 def vertex_strain(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) -> np.ndarray:
