@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from contextlib import nullcontext
+
 import numpy as np
 import pytest
 import scipy.sparse.linalg as sla
@@ -15,7 +17,7 @@ from muslin.mesh.filling import fill
 from muslin.mesh.tets import signed_volumes
 from muslin.physics.skinning import bind
 from muslin.physics.solid import ENERGIES, Solid, constants
-from muslin.present import pictures
+from muslin.present import demo_solids, pictures
 from muslin.simulation import scenes
 from muslin.simulation.model import Model
 from muslin.simulation.runs import RunFolder
@@ -243,3 +245,13 @@ def test_strain_is_shown_on_the_skin_as_the_solid_inside_has_it(tmp_path):
     assert values.shape == (len(creature_skin().vertices),)
     np.testing.assert_allclose(values, 1.2, rtol=1e-9)  # it starts stretched by a fifth
     assert run.scene.stretch == (1.0, 1.2, 1.0)
+
+
+def test_the_demo_films_the_creature_with_its_skin(tmp_path):
+    said = []
+    demo_solids.run(
+        tmp_path, "draft", lambda title: nullcontext(lambda done, total: None), said.append, steps=2
+    )
+    for file in ("jelly.mp4", "jelly.png", "jelly-energies.png", "run/display/000002.npy"):
+        assert (tmp_path / file).is_file()
+    assert "reference solution" in said[0]

@@ -31,6 +31,13 @@ class Road(str, Enum):
     lecture = "lecture"
 
 
+class Demo(str, Enum):
+    """What can be shown off."""
+
+    cloth = "cloth"
+    solids = "solids"
+
+
 @app.command()
 def simulate(
     scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")],
@@ -148,10 +155,18 @@ def export(
 
 @app.command()
 def demo(
+    what: Annotated[
+        Demo, typer.Argument(help="cloth: draped, and every task checked; solids: a bear of jelly.")
+    ] = Demo.cloth,
     out: Annotated[Path, typer.Option(help="Folder for film, still and run.")] = Path("demo"),
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.good,
 ) -> None:
-    """Drape a cloth over a sphere, film it, and check every task against the reference data."""
+    """Drape a cloth over a sphere, film it, and check every task against the reference data; or film a solid."""
+    if what is Demo.solids:
+        from muslin.present import demo_solids
+
+        demo_solids.run(out, quality.value, progress, say)
+        return
     from muslin.present import demo as show_off
 
     show_off.run(out, quality.value, progress, say, print_verdicts)

@@ -20,6 +20,7 @@ either is refused with a `MeshError` that names the file, the line or element, h
 `tetfiles`      `load_tets`: from Gmsh and VTK too, and from `medit` and `tetgen`
 `shapes`        `grid`, `unstructured`, `sector`
 `solids`        `block`, `ball`
+`filling`       tetrahedra inside a signed distance, and its surface; `creature` is one
 `describing`    what a mesh is, in a few lines
 `shipped`       the meshes in data/meshes, as calls of the generators
 ==============  ============================================================================
