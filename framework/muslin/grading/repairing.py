@@ -2,6 +2,8 @@
 
 The text is read, never run (`muslin.reading.meaning`), so this may be done where no student's code runs. Most changes
 need not be tried: where the result hangs linearly on an expression, it is known what the expression would have to be.
+
+Longer than others: one search, whose ways to try a change share what has been worked out and what it may cost.
 """
 
 from __future__ import annotations
