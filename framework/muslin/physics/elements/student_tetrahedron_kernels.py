@@ -97,10 +97,14 @@ def _hessian(f: SimpleNamespace) -> Any:
             H = raised
         seen = 0.0
         for k in range(16):
-            K = ti.Matrix.zero(float, 3, 3)
-            K = stiffness_block(H, corner(dphi, e, k // 4), corner(dphi, e, k % 4), volume)
-            blocks[16 * e + k] = K
-            seen += K.sum()
+            i, j = k // 4, k % 4
+            if project == 1 and i > j:  # what is projected is symmetric
+                blocks[16 * e + k] = blocks[16 * e + 4 * j + i].transpose()
+            else:
+                K = ti.Matrix.zero(float, 3, 3)
+                K = stiffness_block(H, corner(dphi, e, i), corner(dphi, e, j), volume)
+                blocks[16 * e + k] = K
+                seen += K.sum()
         return seen
 
     return hessian_of
