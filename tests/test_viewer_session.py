@@ -166,6 +166,17 @@ def test_strain_colours_are_white_at_rest_red_where_stretched_blue_where_pressed
     assert reach == 0.1
 
 
+def test_strain_colours_of_a_solid_are_those_of_its_tetrahedra_and_nowhere_nothing():
+    bar = begin("beam")
+    body = bar.model.body
+    assert len(set(body.surface.ravel())) < len(body.X), "there is a vertex that is on no triangle"
+    bar.state.x[:] = body.X * (1.1, 1, 1)
+    values, reach = scenery.strain(bar)
+    np.testing.assert_allclose(values, 1.1, rtol=1e-12)
+    assert reach == 0.1
+    assert np.isfinite(scenery.strain_light(values, reach)).all()
+
+
 def test_an_explosion_is_told_and_pauses_and_reset_goes_on(drape):
     drape.step()
     before = drape.state.x.copy()

@@ -8,7 +8,7 @@ import numpy as np
 
 from muslin import render
 from muslin.physics.colliders import Capsule, Plane, Sphere
-from muslin.present.strain import vertex_strain
+from muslin.present.strain import solid_strain, vertex_strain
 from muslin.render import stage
 from muslin.render.materials import strain_position, strain_table
 from muslin.viewer.session import Session
@@ -28,7 +28,9 @@ REACHES = (0.02, 0.05, 0.1, 0.2, 0.5, 0.95)
 
 def strain(session: Session) -> tuple[np.ndarray, float]:
     """Principal stretch furthest from 1 at each vertex, (n,) [1], and the reach of a map that shows it."""
-    values = vertex_strain(session.model.body.X, session.state.x, session.triangles)
+    body, x = session.model.body, session.state.x
+    of_cells = solid_strain if body.cells.shape[1] == 4 else vertex_strain
+    values = of_cells(body.X, x, body.cells)
     most = float(np.quantile(np.abs(values - 1), 0.98))
     return values, next((reach for reach in REACHES if reach >= most), REACHES[-1])
 
