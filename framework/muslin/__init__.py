@@ -16,7 +16,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from muslin.base import moved, paths
-from muslin.base.version import __version__
+from muslin.base.version import __version__ as __version__
 
 paths.find_caches()  # before anything can import the engine, which dies without a home
 moved.watch()
@@ -35,7 +35,7 @@ _HOMES = {
 }
 
 __all__ = [
-    "Cloth", "Mesh", "MuslinError", "Solid", "TetMesh", "__version__", "evaluate", "grade", "load", "simulate",
+    "Cloth", "Mesh", "MuslinError", "Solid", "TetMesh", "evaluate", "grade", "load", "simulate",
 ]  # fmt: skip
 
 if TYPE_CHECKING:
