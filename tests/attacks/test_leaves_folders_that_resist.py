@@ -15,6 +15,7 @@ import pytest
 from attacking import TARGET, honest
 
 from muslin.base import scratch
+from muslin.grading import isolation
 
 DEEP = """
 import os
@@ -84,6 +85,23 @@ def test_a_folder_is_removed_whatever_is_in_it(tmp_path, folders, user):
     # the folder above is not that user's to write, so the folder itself stays, empty
     assert done.stdout.strip() == ("LEFT []" if user else "LEFT nothing"), done.stderr
     assert (elsewhere / "kept").exists()
+
+
+@pytest.mark.skipif(not isolation.LINUX, reason="handles have paths on Linux only")
+def test_what_fills_a_disk_is_seen_below_the_longest_path_and_depth_alone_is_no_filling(
+    tmp_path, monkeypatch
+):
+    monkeypatch.setattr(isolation, "DISK", 1 << 20)
+    deep = "import os\nos.chdir(HOME)\n" + LONG.replace(
+        '"at the end", "w").close()', '"at the end", "wb").write(SIZE)'
+    )
+    for size, full in ((1000, False), (1 << 21, True)):
+        home = tmp_path / str(size)
+        home.mkdir()
+        code = deep.replace("HOME", repr(str(home))).replace("SIZE", f"bytes({size})")
+        subprocess.run([sys.executable, "-c", code], check=True)
+        assert isolation.overflows(str(home)) is full
+        scratch.remove(home)
 
 
 def test_two_threads_may_remove_a_folder_at_once(tmp_path, monkeypatch):

@@ -318,28 +318,40 @@ def children() -> list[int]:
     return found
 
 
+#: From how many characters on a path goes on from a handle; a name has at most 255 bytes more.
+LONG_PATH = 900
+
+
 def overflows(home: str) -> bool:
     """Whether a folder holds more than a worker's home may; where that is no disk of its own, we must look.
 
-    Paths too long to look into and folders that cannot be listed count as more.
+    Folders that cannot be listed count as more. Where a path gets long, it goes on from a handle: no system call takes
+    a path of more than 4096 bytes, but folders go deeper.
     """
-    files, size, waiting = 0, 0, [home]
-    while waiting:
-        try:
-            with os.scandir(waiting.pop()) as entries:
-                for entry in entries:
-                    files += 1
-                    if files > FILES or size > DISK:
-                        return True
-                    if entry.is_dir(follow_symlinks=False):
-                        waiting.append(entry.path)
-                    else:
-                        size += entry.stat(follow_symlinks=False).st_blocks * 512
-        except FileNotFoundError:
-            continue
-        except OSError:
-            return True
-    return size > DISK
+    files, size, waiting, handles = 0, 0, [home], []
+    try:
+        while waiting:
+            try:
+                with os.scandir(waiting.pop()) as entries:
+                    for entry in entries:
+                        files += 1
+                        if files > FILES or size > DISK:
+                            return True
+                        if not entry.is_dir(follow_symlinks=False):
+                            size += entry.stat(follow_symlinks=False).st_blocks * 512
+                        elif len(entry.path) < LONG_PATH:
+                            waiting.append(entry.path)
+                        else:
+                            handles.append(os.open(entry.path, os.O_RDONLY | os.O_DIRECTORY | os.O_NOFOLLOW))
+                            waiting.append(f"/proc/self/fd/{handles[-1]}")
+            except FileNotFoundError:
+                continue
+            except OSError:
+                return True
+        return size > DISK
+    finally:
+        for handle in handles:
+            os.close(handle)
 
 
 def threads_of(user: int) -> int:
