@@ -103,7 +103,7 @@ static Matrix12d hessian(const Tetrahedron &t, const VectorXd &q) {
     return modes.eigenvectors() * clamped.asDiagonal() * modes.eigenvectors().transpose();
 }
 
-static double size(const VectorXd &r) {
+static double free_norm(const VectorXd &r) {
     double sum = 0;
     for (int i = 0; i < n; ++i) if (row[i] >= 0) sum += r.segment<3>(3 * i).squaredNorm();
     return std::sqrt(sum);
@@ -125,8 +125,8 @@ static int step() {
     for (; iterations < 200; ++iterations) {
         const VectorXd q = start + dt * u, momentum = M * (u - before), elastic = dt * gradient(q), outer = dt * weight;
         const VectorXd r = momentum + elastic - outer;
-        const double scale = std::max(std::max(size(momentum), size(elastic)), std::max(size(outer), size(M * u)));
-        if (size(r) <= tolerance * scale) break;
+        const double scale = std::max(std::max(free_norm(momentum), free_norm(elastic)), std::max(free_norm(outer), free_norm(M * u)));
+        if (free_norm(r) <= tolerance * scale) break;
         std::vector<Triplet<double>> entries;
         entries.reserve(144 * m);
         for (const auto &t : tetrahedra) {

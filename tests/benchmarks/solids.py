@@ -2,7 +2,7 @@
 
     python tests/benchmarks/solids.py [--resolutions 5,10] [--rounds 3] [--steps 6]
 
-The C++ program is `solid_baseline.cpp`, built on the spot (g++ and Debian's libeigen3-dev). Both compute the scene `beam`
+The C++ program is `solid_baseline.cpp`, built on the spot (g++, Debian's libeigen3-dev). Both compute the scene `beam`
 from the same mesh with the same parameters and Newton tolerance. Each round runs every candidate once; ratios are
 taken within a round. How far the last positions lie apart is printed first: a ratio means nothing where they differ.
 """
