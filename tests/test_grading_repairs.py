@@ -220,13 +220,14 @@ def test_the_time_for_one_function_is_bounded_by_steps():
 # --- the change that makes it right ------------------------------------------------------------------------
 
 
-def told(task, body):
+def told(task, body, assignment="cloth"):
     """What is said of a function: the diagnosis, with its text."""
-    variant = suite.function(TABLE[task], "mine", body)
-    inputs, expected = reference.cases("cloth", task)
+    table = tasks.assignment(assignment).tasks
+    variant = suite.function(table[task], "mine", body)
+    inputs, expected = reference.cases(assignment, task)
     got = results(meaning(variant.code, task, inputs), expected)
     with np.errstate(all="ignore"):
-        return diagnosis.diagnose(TABLE[task], got, expected, inputs, text=variant.code)
+        return diagnosis.diagnose(table[task], got, expected, inputs, assignment, text=variant.code)
 
 
 #: Ways to write a function that no road of the judge takes, with one thing wrong: what must be said.
@@ -342,6 +343,20 @@ def test_what_is_computed_in_the_line_is_said_where_it_is_known():
     )
     assert "Line 7" in found.mistake
     assert "a sign is wrong" in found.mistake
+
+
+def test_a_transpose_too_many_is_told_where_it_stands_and_not_as_rows_for_columns():
+    found = told(
+        "phi",
+        """
+        D = ti.Matrix.cols([X1 - X0, X2 - X0, X3 - X0])
+        p = D.transpose().inverse() @ (X - X0)
+        return ti.Vector([1 - p.sum(), p[0], p[1], p[2]])
+        """,
+        "solids",
+    )
+    assert "Line 4" in found.mistake
+    assert "`D` is transposed, and should not be" in found.mistake
 
 
 def test_two_slips_in_different_entries_are_told_both():

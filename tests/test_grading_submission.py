@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import shutil
 import zipfile
 
 import pytest
 from class_mess import STUBS, zipped
 
 from muslin import tasks
+from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.grading import choosing
 from muslin.grading.submission import Unreadable, collect, gradable
@@ -101,6 +103,15 @@ def test_names_in_a_zip_that_nobody_declared_are_read_as_utf8(tmp_path):
         data[data.find(mark) + flags] &= ~8
     (tmp_path / "s.zip").write_bytes(data)
     assert collect(tmp_path / "s.zip", TABLE).about.notes == ("Not task files, so not used: Zoë/x.py.",)
+
+
+def test_no_word_is_lost_about_a_file_that_was_given(tmp_path):
+    table = tasks.assignment("solids")
+    shutil.copytree(paths.assignment("solids"), tmp_path / "work")
+    assert table.given == ("objectives.py",)
+    assert collect(tmp_path / "work", table).about.notes == ()
+    (tmp_path / "work" / "mine.py").touch()
+    assert collect(tmp_path / "work", table).about.notes == ("Not task files, so not used: mine.py.",)
 
 
 def test_what_cannot_be_graded_has_no_score_but_a_reason(tmp_path):

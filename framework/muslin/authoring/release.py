@@ -134,7 +134,7 @@ def rendered(source: Path) -> dict[str, bytes]:
     """
     table = read_assignment(source)
     texts = {file: stubs(source / file, table) for file in table.files}
-    texts |= {task.builder: read(source / task.builder) for task in table.tasks.values() if task.builder}
+    texts |= {name: read(source / name) for name in table.given}
     texts[MANIFEST] = without_regions(read(source / MANIFEST), source / MANIFEST)
     pictures = {
         f"{PICTURES}/{path.name}": path.read_bytes()

@@ -191,7 +191,11 @@ def _noticed(found: Found) -> list[str]:
 def _extra(found: Found) -> list[str]:
     """Files that look as if they were meant to be run."""
     named = [entry.path for entry in found.entries if entry.tier == UNREAD]
-    return [path for path in found.others + named if path.endswith((".py", ".pth", ".so"))]
+    return [
+        path
+        for path in found.others + named
+        if path.endswith((".py", ".pth", ".so")) and os.path.basename(path) not in found.given
+    ]
 
 
 def _unreadable(found: Found, refused: dict[str, str], closed: Sequence[str]) -> str:

@@ -167,8 +167,7 @@ def load(
 ) -> tuple[dict[str, list[str]], dict[str, list[str]], Outcome | None]:
     """Load task files into a worker: what is wrong with which function, what is noticed in it, or why it failed."""
     given = paths.assignment(table.name)
-    builders = {task.builder for task in table.tasks.values() if task.builder}
-    contents = {**files, **{name: (given / name).read_bytes() for name in (MANIFEST, *builders)}}
+    contents = {**files, **{name: (given / name).read_bytes() for name in (MANIFEST, *table.given)}}
     arrays = {name: np.frombuffer(data, dtype=np.uint8) for name, data in contents.items()}
     header, _, trouble = ask(worker, {"do": "load"}, {**kernels, **arrays}, patience, allowed, {})
     if trouble is not None:

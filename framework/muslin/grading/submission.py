@@ -134,7 +134,7 @@ def gather(sources: Sequence[Source], name: str, table: Assignment) -> Handed:
         Of the submission, for people.
     table : Assignment
     """
-    answer = _asked(sources, table.files)
+    answer = _asked(sources, table.files, table.given)
     files: dict[str, bytes] = {}
     try:
         files = {file: base64.b64decode(text) for file, text in answer["files"].items()}
@@ -149,13 +149,14 @@ def gather(sources: Sequence[Source], name: str, table: Assignment) -> Handed:
     return Handed(files, refused, about, unreadable)
 
 
-def _asked(sources: Sequence[Source], wanted: Sequence[str]) -> dict:
+def _asked(sources: Sequence[Source], wanted: Sequence[str], given: Sequence[str] = ()) -> dict:
     """What the reading process says; nothing if it was ended."""
     package = str(paths.PACKAGE.parent)
     code = f"import sys; sys.path.insert(0, {package!r}); from muslin.grading.unpacking import main; main()"
     request = {
         "sources": [(source.name, os.fsencode(source.path).hex(), source.upload) for source in sources],
         "wanted": wanted,
+        "given": given,
         "memory": MOST_MEMORY,
         "seconds": MOST_SECONDS,
     }

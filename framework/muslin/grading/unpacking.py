@@ -67,6 +67,8 @@ class Found:
     ----------
     wanted : tuple of str
         Names of the task files.
+    given : tuple of str
+        Names of files that students are given beside them: no word is lost about those.
     entries : list of Entry
         What may be a task file, or is named like one.
     others : list of str
@@ -80,6 +82,7 @@ class Found:
     """
 
     wanted: tuple[str, ...]
+    given: tuple[str, ...] = ()
     entries: list[Entry] = field(default_factory=list)
     others: list[str] = field(default_factory=list)
     leaving: list[str] = field(default_factory=list)
@@ -96,7 +99,7 @@ class Found:
         return not here.issuperset(self.wanted)
 
 
-def look(sources: Sequence[tuple[str, str, int]], wanted: Sequence[str]) -> Found:
+def look(sources: Sequence[tuple[str, str, int]], wanted: Sequence[str], given: Sequence[str] = ()) -> Found:
     """Everything in a submission that matters.
 
     Parameters
@@ -106,8 +109,10 @@ def look(sources: Sequence[tuple[str, str, int]], wanted: Sequence[str]) -> Foun
         Of two uploads, the one with the larger number is newer.
     wanted : sequence of str
         Names of the task files.
+    given : sequence of str
+        Names of files that students are given beside them.
     """
-    found = Found(tuple(wanted))
+    found = Found(tuple(wanted), tuple(given))
     for name, path, upload in sources:
         try:
             if stat.S_ISDIR(os.lstat(path).st_mode):
@@ -265,7 +270,7 @@ def main() -> None:
     request = json.load(sys.stdin)
     limit(request["memory"], request["seconds"])
     sources = [(name, os.fsdecode(bytes.fromhex(path)), upload) for name, path, upload in request["sources"]]
-    picked = chosen(look(sources, request["wanted"]))
+    picked = chosen(look(sources, request["wanted"], request["given"]))
     files = {file: base64.b64encode(data).decode() for file, data in picked.files.items()}
     json.dump({**picked._asdict(), "files": files}, sys.stdout)
     sys.stdout.flush()

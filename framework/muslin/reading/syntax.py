@@ -68,7 +68,10 @@ LINES: tuple[tuple[str, str], ...] = (
     (r"\|\|", "Write or for ||."),
     (r"!(?!=)", "Write not for !."),
     (rf"({_NAME})\s*(\+\+|--)", "Write {1} {=2}= 1 for {1}{2}."),
-    (r"^//|;\s*//", "A comment begins with # in Python."),
+    (
+        r"^//|;\s*//|//\s*[A-Za-z]+\s+(?!(?:if|else|and|or|not|in|is|for)\b)[A-Za-z]",
+        "A comment begins with # in Python.",
+    ),
     (r"\?.*:", "Give a variable one value before, and change it inside an if."),
     (r"\.([*/^])", "Write {1} for .{1}: of vectors + - * / work entry by entry; the power is **."),
     (r"\*\s*\^|\^\s*\*", "Write ** for a power."),

@@ -200,6 +200,11 @@ class Assignment:
         """Names of the files a student hands in, in the order of the handout."""
         return tuple(dict.fromkeys(task.file for task in self.tasks.values()))
 
+    @property
+    def given(self) -> tuple[str, ...]:
+        """Names of the files beside them that a student is given and hands back unread: what builds arguments."""
+        return tuple(dict.fromkeys(task.builder for task in self.tasks.values() if task.builder))
+
 
 def _values(entries: Mapping[str, str], functions: bool = False) -> tuple[Value, ...]:
     return tuple(_value(name, text, functions) for name, text in entries.items())

@@ -11,6 +11,9 @@ from muslin.reading.repairs import expressions, missing, statements
 from muslin.reading.repairs.pieces import KINDS, Repair, code, name, terms
 from muslin.reading.repairs.scope import Scope
 
+#: Of changes of a kind that come to the same, what is said sooner or later: a transpose too many is there to be seen.
+SOONER = {"no transpose": -1, "no inverse": -1, "rows->cols": 1, "cols->rows": 1}
+
 
 class Changes:
     """All single changes of a function that has been worked out.
@@ -32,7 +35,7 @@ class Changes:
         singles = list(self._singles())
         order = {kind: k for k, kind in enumerate(KINDS)}
         found = [*singles, *self._together(singles), *self._swaps()]
-        return sorted(found, key=lambda r: (order[r.kind], len(r.changes)))
+        return sorted(found, key=lambda r: (order[r.kind], SOONER.get(r.detail, 0), len(r.changes)))
 
     def larger(self, hope: Callable[[ast.AST], int]) -> Iterator[Repair]:
         """Factors and terms that are missing, and other parts in place of what stands there.
