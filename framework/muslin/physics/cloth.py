@@ -141,10 +141,11 @@ class Cloth(Body):
     def _moving_energies(self) -> Callable[[np.ndarray], np.ndarray]:
         """What splits the kinetic energy: by the student's function among triangles, else among vertices."""
         if functions := self.by_student("kinetic energy"):
-            from muslin.physics.elements.student import KineticEnergy
+            from muslin.physics.elements.fused import kinetic_energy
+            from muslin.physics.elements.kinetic import KineticEnergy
 
             rest = (self.triangles, self.area, self.rho, self.h)
-            return KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
+            return KineticEnergy(functions.kinetic_energy, kinetic_energy, 20, len(self.X), *rest)
         return super()._moving_energies()
 
     def limiter(

@@ -148,10 +148,11 @@ class Solid(Body):
     def _moving_energies(self) -> Callable[[np.ndarray], np.ndarray]:
         """What splits the kinetic energy: by the student's function among tetrahedra, else among vertices."""
         if functions := self.by_student("kinetic energy"):
-            from muslin.physics.elements.student_tetrahedron import KineticEnergy
+            from muslin.physics.elements.kinetic import KineticEnergy
+            from muslin.physics.elements.student_tetrahedron_kernels import kinetic_energy
 
             rest = (self.cells, self.volume, self.rho)
-            return KineticEnergy(functions.kinetic_energy, len(self.X), *rest)
+            return KineticEnergy(functions.kinetic_energy, kinetic_energy, 25, len(self.X), *rest)
         return super()._moving_energies()
 
     def von_mises(self, x: np.ndarray) -> np.ndarray:

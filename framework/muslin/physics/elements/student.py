@@ -7,7 +7,6 @@ The lecture's road to the Hessian goes by those single kernels too.
 
 from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
@@ -15,18 +14,16 @@ from muslin.base import runtime
 from muslin.base.errors import SimulationError
 from muslin.base.launch import Launch, is_small
 from muslin.physics.elements import lecture, modes
-from muslin.physics.elements.element import PARTS, Element, Membrane, Rest
+from muslin.physics.elements.calling import CallingElement
+from muslin.physics.elements.element import PARTS, Membrane, Rest
 from muslin.physics.elements.fused import fused
-from muslin.physics.elements.kinetic import KineticEnergy
 from muslin.physics.elements.singly import KERNELS
 from muslin.physics.energies import ENERGIES, FLIPS
-from muslin.tasks import Functions, failure_of, usable
-from muslin.tasks.batch import evaluate, kept, run
-
-__all__ = ["KineticEnergy", "StudentElement"]
+from muslin.tasks import Functions
+from muslin.tasks.batch import evaluate
 
 
-class StudentElement(Element):
+class StudentElement(CallingElement):
     """Energy, gradient and Hessian of every triangle, by the functions of a folder.
 
     Parameters
@@ -34,13 +31,14 @@ class StudentElement(Element):
     functions : Functions
         What `muslin.load` returned.
     needs : mapping
-        What this element will be asked for, of "energy", "gradient" and "hessian", and the tasks behind each: no
-        other function is called.
+        See `CallingElement`.
     rest : Rest
     membrane : Membrane
     road : {"closed", "lecture"}
         To the Hessian: `eigensystem`, or `d2psi_dFij` and `dn_dx`.
     """
+
+    kernels, cell = KERNELS, "triangle"
 
     def __init__(
         self,
@@ -51,20 +49,15 @@ class StudentElement(Element):
         road: str,
     ):
         m = len(rest.triangles)
-        super().__init__(rest.X, rest.triangles, (m, modes.LENGTH) if road == "closed" else (9 * m, 3, 3))
         self.rest, self.membrane, self.road = rest, membrane, road
-        self.f = _with_energy(functions, membrane.energy)
-        self.dphi = evaluate(self.f.dphi_dX, **{f"X{k}": rest.X[rest.triangles[:, k]] for k in range(3)})
-        self._orders = np.zeros(3, dtype=np.int32)
         self._state: dict[str, np.ndarray] = {}
-        self._able = sum(PARTS[part] for part, names in needs.items() if self._can(part, names))
-        self._launch: Launch | None = None
+        f = _with_energy(functions, membrane.energy)
+        hessians = (m, modes.LENGTH) if road == "closed" else (9 * m, 3, 3)
+        super().__init__(f, needs, rest.X, rest.triangles, hessians)
+        self.dphi = evaluate(f.dphi_dX, **{f"X{k}": rest.X[rest.triangles[:, k]] for k in range(3)})
 
     def _can(self, part: str, names: tuple[str, ...]) -> bool:
-        """Whether the fused kernel can compute a part: all functions it needs may be called."""
-        if part == "hessian" and self.road == "lecture":
-            return False
-        return all(failure_of(getattr(self.f, name)) is None for name in names)
+        return not (part == "hessian" and self.road == "lecture") and super()._can(part, names)
 
     def update(self, x: np.ndarray) -> None:
         """Take new positions (n, 3)."""
@@ -76,43 +69,17 @@ class StudentElement(Element):
             self._lecture(project)
             parts &= ~PARTS["hessian"]
         if parts:
-            self._run_fused(parts, project)
+            super()._run(parts, project)
 
-    def _run_fused(self, parts: int, project: bool) -> None:
-        if parts & ~self._able:
-            self._explain(parts)
-            self._able, self._launch = parts, None
-        self._orders[:] = parts, project, 0
-        try:
-            if self._launch is None:
-                self._launch = self._fused()
-            self._launch()
-        except Exception:
-            self._explain(parts)  # says better what is wrong, and where
-            if self._able == parts:
-                raise
-            self._able, self._launch = parts, None  # what is wrong belongs to another part
-            return self._run_fused(parts, project)
-        if self._orders[2]:
-            self._explain(parts)
-
-    def _fused(self) -> Launch:
+    def _fused(self, able: int) -> Launch:
         rest, made_of = self.rest, self.membrane
-        kernel = fused(self.f, self._able, is_small(len(self.cells), 100))
+        kernel = fused(self.f, able, is_small(len(self.cells), 100))
         modes_here = self.hessians if self.road == "closed" else np.zeros((0, modes.LENGTH))
         at_rest = (self.dphi, rest.normal, rest.area, made_of.mu, made_of.lam, made_of.h)
         out = (self.energies, self.gradients, modes_here)
         return Launch(kernel, self._orders, self.x, self.cells, *at_rest, *out)
 
     # One function at a time -----------------------------------------------------------------------------------
-
-    def _single(self, name: str, *arguments: Any) -> None:
-        """Run the kernel around student function `name`, made on first use, and look at what it returned."""
-        function = usable(getattr(self.f, name))
-        run(kept(function, name, lambda: KERNELS[name](function)), function, *arguments)
-        result = arguments[-1]
-        if not np.isfinite(result).all():
-            self._complain(name, result)
 
     def _require_triangles(self) -> None:
         """Refuse positions no deformation gradient exists for, before a student's function is blamed for it."""
@@ -127,15 +94,6 @@ class StudentElement(Element):
                 f"Triangle {flat[0]} (vertices {corners}) has collapsed and has no normal.",
                 "Reduce dt, or look at how the scene starts.",
             )
-
-    def _complain(self, name: str, result: np.ndarray) -> None:
-        bad = ~np.isfinite(result).reshape(len(result), -1).all(axis=1)
-        e = int(np.flatnonzero(bad)[0]) * len(self.cells) // len(result)
-        corners = ", ".join(map(str, self.cells[e]))
-        raise SimulationError(
-            f"{name} returns a number that is not finite (NaN or infinity) in triangle {e} (vertices {corners}).",
-            f"Look for a division by zero or a square root of something negative. Try: muslin check {name}",
-        )
 
     def _decomposed(self) -> SimpleNamespace:
         """F, U, s, V and dpsi_ds of every triangle here."""

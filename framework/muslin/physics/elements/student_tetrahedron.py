@@ -7,19 +7,18 @@ than 3x3 is decomposed, and what was positive already stays what the student's f
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 
 from muslin.base.launch import Launch, is_small
 from muslin.physics.elements.calling import CallingElement
 from muslin.physics.elements.element import PARTS
-from muslin.physics.elements.student_tetrahedron_kernels import CALLED, SINGLE, fused, kinetic_energy
+from muslin.physics.elements.student_tetrahedron_kernels import CALLED, SINGLE, fused
 from muslin.physics.elements.tetrahedron import RestSolid, require_upright
-from muslin.tasks import Functions, usable
-from muslin.tasks.batch import evaluate, kept, run
+from muslin.tasks import Functions
+from muslin.tasks.batch import evaluate, kept
 
 
 class StudentTetrahedron(CallingElement):
@@ -76,30 +75,3 @@ class StudentTetrahedron(CallingElement):
     def _inverted(self) -> bool:
         a, b, c = (self.x[self.cells[:, k]] - self.x[self.cells[:, 0]] for k in (1, 2, 3))
         return bool((np.einsum("ij,ij->i", np.cross(a, b), c) <= 0).any())
-
-
-class KineticEnergy:
-    """Kinetic energy of every tetrahedron, by the student's function.
-
-    Parameters
-    ----------
-    function : taichi function
-    n : int
-        Number of vertices.
-    cells : (m, 4), volume : (m,), rho
-    """
-
-    def __init__(
-        self, function: Callable[..., Any], n: int, cells: np.ndarray, volume: np.ndarray, rho: float
-    ):
-        self.function = usable(function)
-        self._v, self._out = np.zeros((n, 3)), np.zeros(len(cells))
-        serial = is_small(len(cells), 25)
-        kernel = kept(function, ("tetrahedron", serial), lambda: kinetic_energy(function, serial))
-        self._launch = Launch(kernel, self._v, cells, volume, rho, self._out)
-
-    def __call__(self, v: np.ndarray) -> np.ndarray:
-        """(m,) [J] for velocities (n, 3)."""
-        self._v[...] = v
-        run(self._launch, self.function)
-        return self._out
