@@ -143,3 +143,23 @@ def test_what_a_dead_grader_has_left_is_swept(tmp_path, monkeypatch):
             assert os.path.isdir(living.path)
             assert len(os.listdir(tmp_path)) == 2
     assert not os.listdir(tmp_path)
+
+
+def test_a_folder_somebody_writes_into_is_removed_before_its_maker_ends_at_once(tmp_path, monkeypatch):
+    monkeypatch.setattr("tempfile.tempdir", str(tmp_path))
+    folder, writing = scratch.Scratch(scratch.GRADING), threading.Event()
+
+    def writes():
+        for k in range(300):
+            try:
+                (Path(folder.path) / f"{k}").mkdir()
+            except OSError:
+                return
+            writing.set()
+
+    with ThreadPoolExecutor(1) as pool:
+        done = pool.submit(writes)
+        writing.wait(30)
+        scratch.Scratch.close_all()
+        done.result()
+    assert not list(tmp_path.iterdir())

@@ -12,11 +12,15 @@ import os
 import secrets
 import stat
 import tempfile
+import time
 from pathlib import Path
 from typing import Any, ClassVar
 
 #: How names of our temporary folders begin: a grading's, and a student's of a class.
 GRADING, CLASS = "muslin-grading-", "muslin-class-"
+
+#: How long a folder is removed again and again while others write into it [s].
+PATIENCE = 5.0
 
 _FOLDER = os.O_RDONLY | getattr(os, "O_DIRECTORY", 0) | getattr(os, "O_NOFOLLOW", 0)
 
@@ -62,7 +66,13 @@ class Scratch:
 
     @classmethod
     def close_all(cls) -> None:
-        """Remove every folder of this process, before it ends at once."""
+        """Remove every folder of this process, before it ends at once.
+
+        Whoever works in one of them may be writing still: then once more, for `PATIENCE` seconds.
+        """
+        until = time.monotonic() + PATIENCE
+        while not all([remove(living.path) for living in list(cls._living)]) and time.monotonic() < until:
+            time.sleep(0.02)
         for living in list(cls._living):
             living.close()
 

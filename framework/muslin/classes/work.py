@@ -22,7 +22,7 @@ from muslin import tasks
 from muslin.base import paths
 from muslin.base.child import Child, python
 from muslin.base.errors import MuslinError, of_system
-from muslin.base.scratch import CLASS, Scratch, remove
+from muslin.base.scratch import CLASS, GRADING, Scratch, remove, sweep
 from muslin.base.version import __version__
 from muslin.grading.submission import Handed
 
@@ -136,7 +136,10 @@ def graded(terms: Terms, job: Job, on_start: Callable[[Child], None] | None = No
     """Grade a submission in a process of its own, and wait for it. Never raises on account of the submission."""
     try:
         with Scratch(CLASS) as scratch:  # ours, so that it goes however that process ends
-            return _graded_apart(terms, job, scratch.path, on_start)
+            try:
+                return _graded_apart(terms, job, scratch.path, on_start)
+            finally:
+                sweep((GRADING,))  # what that process has left, if it was ended
     except OSError as error:  # a full disk, too many processes
         return Result(job.key, error=str(of_system(error)), final=False)
 
