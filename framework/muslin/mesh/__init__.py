@@ -21,12 +21,14 @@ either is refused with a `MeshError` that names the file, the line or element, h
 `shapes`        `grid`, `unstructured`, `sector`
 `solids`        `block`, `ball`
 `filling`       tetrahedra inside a signed distance, and its surface; `creature` is one
+`refinement`    `Refinement`: sqrt(3) refinement where it is wanted, and its coarsening
 `describing`    what a mesh is, in a few lines
 `shipped`       the meshes in data/meshes, as calls of the generators
 ==============  ============================================================================
 """
 
 from muslin.mesh.files import load, save
+from muslin.mesh.refinement import Refinement
 from muslin.mesh.shapes import grid, sector, unstructured
 from muslin.mesh.solids import ball, block
 from muslin.mesh.surface import (
@@ -43,6 +45,7 @@ from muslin.mesh.tets import TetMesh
 
 __all__ = [
     "Mesh",
+    "Refinement",
     "TetMesh",
     "area_and_normal",
     "ball",
