@@ -175,9 +175,9 @@ def test_a_place_below_a_file_is_refused_by_name(tmp_path, run, words, below):
 
 COMMANDS = ["", "start", "check", "list", "hint", "reset", "run", "submit", "watch", "upgrade", "handout",
             "explain", "gradcheck",
-            "simulate", "scenes", "render", "export", "demo", "doctor", "view", "grade", "lint", "release", "pack",
-            "bench", "class", "class grade", "new", "new assignment", "new task", "reference", "reference build",
-            "reference mistakes", "reference slips", "reference verify", "mesh"]  # fmt: skip
+            "simulate", "scenes", "render", "export", "demo", "doctor", "view", "play", "grade", "lint", "release",
+            "pack", "bench", "class", "class grade", "new", "new assignment", "new task", "reference",
+            "reference build", "reference mistakes", "reference slips", "reference verify", "mesh"]  # fmt: skip
 
 
 def in_process(monkeypatch, capsys, *words, **variables):

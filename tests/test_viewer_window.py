@@ -56,7 +56,7 @@ def test_the_window_shows_the_cloth_and_the_mouse_pulls_it(vulkan, tmp_path):
 
 
 def test_without_a_display_there_is_no_window(monkeypatch):
-    monkeypatch.setattr(opening, "_has_desktop", lambda: False)
+    monkeypatch.setattr(opening, "has_desktop", lambda: False)
     assert no_window() == "there is no display"
     with pytest.raises(MuslinError, match="--backend browser"):
         view("drape", backend="window")

@@ -4,7 +4,7 @@
 - `console`     the terminal: width, colours, letters it lacks, progress
 - `student`     start, check, watch, list, hint, reset, run, handout, explain, gradcheck, submit, upgrade
 - `simulating`  simulate, scenes, render, export, demo, doctor
-- `viewing`     view, mesh
+- `viewing`     view, play, mesh
 - `grading`     grade
 - `classes`     class grade
 - `authoring`   release, reference

@@ -1,13 +1,15 @@
-"""The commands that look: view, mesh."""
+"""The commands that look: view, play, mesh."""
 
 from __future__ import annotations
 
+import contextlib
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
 
 import typer
 
+from muslin.base.errors import MuslinError
 from muslin.cli.app import Cloth, Functions, Scale, Setting, app
 from muslin.cli.console import say
 from muslin.cli.simulating import _settings
@@ -44,6 +46,36 @@ def view(
         scene, functions, backend.value, port=port, open_page=not no_open, say=_say,
         **_settings(setting, mesh=mesh, scale=scale),
     )  # fmt: skip
+
+
+@app.command()
+def play(
+    what: Annotated[
+        str | None,
+        typer.Argument(metavar="[triangle|tetrahedron]", help="Default: what this workspace is about."),
+    ] = None,
+    functions: Annotated[
+        Path | None, typer.Option("--functions", help="Folder with the task files. Default: this workspace.")
+    ] = None,
+    case: Annotated[
+        str | None, typer.Option(metavar="TASK:NUMBER", help="Begin with a public case, as explain shows it.")
+    ] = None,
+    mu: Annotated[float, typer.Option(help="Lame parameter [Pa].")] = 1.0,
+    lam: Annotated[float, typer.Option(help="Lame parameter [Pa].")] = 1.0,
+    port: Annotated[int, typer.Option(help="Port of the browser's page.", min=1, max=65535)] = 8080,
+    no_open: Annotated[
+        bool, typer.Option("--no-open", help="Do not open the page, only say where it is.")
+    ] = False,
+) -> None:
+    """Pull at one triangle or tetrahedron in the browser: F, stretches, stress, modes; yours and Muslin's."""
+    from muslin.student.workspace import find
+    from muslin.viewer.opening import has_desktop
+    from muslin.viewer.play_page import play as shown
+
+    if functions is None:
+        with contextlib.suppress(MuslinError):  # elsewhere there are no functions to show
+            functions = find().folder
+    shown(what, functions, case, port=port, open_page=not no_open and has_desktop(), say=_say, mu=mu, lam=lam)
 
 
 @app.command()

@@ -29,6 +29,7 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     """
     from muslin import reading, tasks
     from muslin.judging import reference
+    from muslin.physics import alone
     from muslin.reading import source
     from muslin.student import plain
     from muslin.tasks import plain as in_python
@@ -89,6 +90,9 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
         yield from _verdict(table.tasks[name], got, expected, inputs, verdict, assignment, text)
         if not verdict.ok:
             yield from (f"  look: {note}" for note in reading.told(functions[name]))
+            made, _ = alone.CELLS[alone.of_assignment(table.tasks)]
+            if made().case(here) is not None:
+                yield f"Pull at it in the browser: muslin play --case {name}:{case}"
     yield from _whole(functions, assignment, name, case)
 
 

@@ -1,57 +1,25 @@
-"""A session's face in a browser, through viser: a server on this machine, for this machine only.
-
-The server answers in a thread of its own and only puts what people do into a queue; one loop, in the thread that
-calls `run`, takes from it, steps and sends. So the session is touched by one thread, and a hand is never kept
-waiting by more than a step. Of frames a slow browser gets the last (viser keeps one message per property).
-"""
+"""A session's face in a browser: one loop takes commands, steps and sends, so that a hand waits for a step at most."""
 
 from __future__ import annotations
 
-import contextlib
-import io
 import json
-import queue
 import struct
 import time
-import webbrowser
 from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from muslin.base.errors import MuslinError
 from muslin.base.templates import filled
 from muslin.export.animation import unit_normals
 from muslin.render import stage
 from muslin.render.materials import STRAIN_STOPS, srgb_bytes
 from muslin.viewer import scenery
 from muslin.viewer.actions import ACTIONS, Action
+from muslin.viewer.serving import FPS, Served, require, show
 from muslin.viewer.session import Session
 
-FPS = 30
-
-#: How long a page is given to draw its first picture [s].
-DRAWN = 20.0
-
-Command = Callable[[], None]
-
-
-def require() -> Any:
-    """The viser module.
-
-    Raises
-    ------
-    MuslinError
-        If it is not installed; names the extra that brings it.
-    """
-    try:
-        import viser
-    except ImportError as error:
-        raise MuslinError(
-            f"The viewer in a browser needs viser, which cannot be imported ({error}).",
-            'Install it with: pip install "muslin[view]"',
-        ) from None
-    return viser
+__all__ = ["Face", "glb", "require", "run"]
 
 
 def run(
@@ -75,48 +43,21 @@ def run(
     running : callable
         Asked before every frame; False ends it.
     """
-    face = Face(session, port)
-    try:
-        say(f"{session.scene.title}: {face.address}  (Ctrl-C ends)")
-        if open_page:
-            webbrowser.open(face.address)
-        face.loop(running)
-    except KeyboardInterrupt:
-        say("Closed.")
-    finally:
-        face.close()
+    show(Face(session, port), session.scene.title, open_page, say, running)
 
 
-class Face:
+class Face(Served):
     """The page: what is sent to it, and what comes back."""
 
     def __init__(self, session: Session, port: int = 8080):
-        viser = require()
+        super().__init__(port)
         self.session = session
-        self.commands: queue.SimpleQueue[Command] = queue.SimpleQueue()
-        with contextlib.redirect_stdout(io.StringIO()):  # its greeting; ours says more
-            self.server = viser.ViserServer(host="127.0.0.1", port=port, label="Muslin", verbose=False)
-        # a page could otherwise ask the server for a public address at a tunnel service
-        self.server.request_share_url = lambda verbose=True: None
-        self.address = f"http://127.0.0.1:{self.server.get_port()}"
         self._sent: dict[str, Any] = {}
         self._offset = np.zeros(3)
         self._resets = session.camera_resets
         self._said = 0.0
         self._set_the_scene()
         self._add_the_panel()
-        self._looking: set[int] = set()
-        self.server.on_client_connect(self._arrived)
-
-    def _arrived(self, client: Any) -> None:
-        """Wait, in a thread of viser's, until a page has drawn something: only then does anybody look."""
-        with contextlib.suppress(Exception):  # a page that closes again, or draws too slowly to answer
-            client.get_render(height=32, width=32, timeout=DRAWN)
-        self._looking.add(client.client_id)
-
-    def close(self) -> None:
-        """Stop serving."""
-        self.server.stop()
 
     def loop(self, running: Callable[[], bool] = lambda: True) -> None:
         """Take commands, step, send; until somebody sees the page, and while nobody does, time stands still."""
@@ -124,21 +65,11 @@ class Face:
         while running():
             self.obey(until=last + 1 / FPS)
             now = time.perf_counter()
-            if clients := self.server.get_clients():
-                if self._looking & clients.keys():
+            if self.server.get_clients():
+                if self.looked_at():
                     self.session.advance(now - last)
                 self.show()
             last = now
-
-    def obey(self, until: float) -> None:
-        """Do what was asked for; wait for more until a time on the performance counter."""
-        while True:
-            wait = until - time.perf_counter()
-            try:
-                command = self.commands.get(timeout=wait) if wait > 0 else self.commands.get_nowait()
-            except queue.Empty:
-                return
-            command()
 
     # The scene -----------------------------------------------------------------------------------------------
 

@@ -78,7 +78,7 @@ def view(
 
         window.run(session, say=say)
     else:
-        browser.run(session, port, open_page and _has_desktop(), say)
+        browser.run(session, port, open_page and has_desktop(), say)
 
 
 def no_window(shown: bool = True) -> str:
@@ -89,7 +89,7 @@ def no_window(shown: bool = True) -> str:
     shown : bool
         On the screen; False asks for a window off-screen only.
     """
-    if shown and not _has_desktop():
+    if shown and not has_desktop():
         return "there is no display"
     if not inside.has_windows():
         return f"{engine.chosen().title} has none"
@@ -107,7 +107,7 @@ def no_window(shown: bool = True) -> str:
     return "it needs a Vulkan driver (Debian, Ubuntu: libvulkan1 and mesa-vulkan-drivers)"
 
 
-def _has_desktop() -> bool:
+def has_desktop() -> bool:
     """Whether a window or a browser would appear in front of anybody."""
     if sys.platform == "linux":
         return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
