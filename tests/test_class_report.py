@@ -365,8 +365,14 @@ addEventListener("load", () => {
   const press = (k) => document.querySelectorAll(".sortable thead button")[k].click();
   const said = [order()];
   for (const k of [0, 0, 1, 2, 2]) { press(k); said.push(order()); }
-  const find = document.querySelector("#filter input");
-  find.value = "BEA"; find.dispatchEvent(new Event("input")); said.push(order());
+  const fields = document.querySelector("#filter").elements;
+  const ask = (name, value) => { fields[name].value = value; fields[name].dispatchEvent(new Event("input")); };
+  ask("text", "BEA"); said.push(order()); ask("text", "");
+  for (const kind of ["late", "hand", "failed", "whole"]) { ask("kind", kind); said.push(order() + "=" + fields.shown.value[0]); }
+  ask("kind", ""); ask("task", "0"); ask("stand", "full"); said.push(order()); ask("task", ""); ask("stand", "");
+  const grades = document.querySelector(".scroll.grades");
+  grades.style.maxHeight = "80px"; const low = grades.clientHeight; grades.style.maxHeight = "";
+  fields.tall.click(); said.push("tall:" + (low <= 80 && grades.clientHeight >= grades.querySelector("table").offsetHeight));
   said.push("hacked:" + String(window.hacked), "scripts:" + document.scripts.length);
   said.push("pictures:" + [...document.images].filter((i) => i.complete && i.naturalWidth).length);
   said.push("wide:" + (document.documentElement.scrollWidth > innerWidth));
@@ -394,7 +400,11 @@ def test_in_a_browser_it_sorts_and_nothing_else_runs_or_loads(home, tmp_path):  
     assert most_first.endswith("e")  # either way
     assert by_points[:4] == most_first[:4][::-1]
     assert found == "b"
-    assert said[7:] == ["hacked:undefined", "scripts:2", "pictures:3", "wide:false"]
+    assert [sorted(kind[:-2]) for kind in said[7:11]] == [["c"], ["c", "d"], ["e"], []]
+    assert [kind[-1] for kind in said[7:11]] == ["1", "2", "1", "0"]
+    assert sorted(said[11]) == ["b", "d"]  # the first task is right in these
+    assert said[12] == "tall:true"
+    assert said[13:] == ["hacked:undefined", "scripts:2", "pictures:3", "wide:false"]
     assert console == []
     assert requests == []
 

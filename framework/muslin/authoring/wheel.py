@@ -12,7 +12,7 @@ import sys
 import zipfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import IO, Any
 
 from muslin.base import paths
 from muslin.base.errors import MuslinError
@@ -91,7 +91,7 @@ def _of_assignment(name: str) -> dict[str, Path]:
     return found
 
 
-def write_zip(path: Path, files: Mapping[str, bytes], programs: tuple[str, ...] = ()) -> None:
+def write_zip(path: Path | IO[bytes], files: Mapping[str, bytes], programs: tuple[str, ...] = ()) -> None:
     """Write a zip whose bytes depend on its files only; `programs` may be executed."""
     with zipfile.ZipFile(path, "w", zipfile.ZIP_DEFLATED) as archive:
         for inside, data in files.items():

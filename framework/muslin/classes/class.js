@@ -21,11 +21,27 @@ for (const table of document.querySelectorAll("table.sortable")) {
     body.append(...[...body.rows].sort(order));
   });
 }
+// Narrows it to the rows that have the words, are of the kind, and in which the task stands as asked.
 const filter = document.getElementById("filter");
-filter.hidden = false;
-filter.querySelector("input").addEventListener("input", (event) => {
-  const wanted = event.target.value.toLowerCase();
-  for (const row of document.querySelectorAll("table.sortable tbody tr")) {
-    row.hidden = !row.cells[0].textContent.toLowerCase().includes(wanted);
+const grades = document.querySelector(".scroll.grades");
+const rows = [...grades.querySelectorAll("tbody tr")];
+const said = new Map(rows.map((row) => [row, [0, 1, row.cells.length - 1].map((k) => row.cells[k].textContent).join(" ").toLowerCase()]));
+const ask = filter.elements;
+const narrow = () => {
+  const words = ask.text.value.toLowerCase().split(/\s+/).filter(Boolean);
+  let shown = 0;
+  for (const row of rows) {
+    const tasks = [...row.querySelectorAll("td.task")];
+    const asked = ask.task.value === "" ? tasks : [tasks[ask.task.value]];
+    const stands = ask.stand.value === "" || asked.some((cell) => cell.classList.contains(ask.stand.value));
+    const kind = ask.kind.value === "" || row.dataset.kinds.split(" ").includes(ask.kind.value);
+    row.hidden = !(stands && kind && words.every((word) => said.get(row).includes(word)));
+    shown += !row.hidden;
   }
-});
+  ask.shown.value = `${shown} of ${rows.length}`;
+  grades.classList.toggle("tall", ask.tall.checked);
+};
+for (const field of ask) field.addEventListener("input", narrow);
+filter.addEventListener("submit", (event) => event.preventDefault());
+filter.hidden = false;
+narrow();

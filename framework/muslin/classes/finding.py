@@ -5,6 +5,7 @@ Nothing is opened here but folders: what is in a submission is for `muslin.gradi
 
 from __future__ import annotations
 
+import datetime
 import hashlib
 import os
 import re
@@ -53,6 +54,8 @@ class Submission:
     late : bool
     time : str
         When it was handed in, where the platform says so.
+    when : datetime, optional
+        The same, where it can be reckoned with.
     """
 
     key: str
@@ -60,6 +63,7 @@ class Submission:
     sources: tuple[Source, ...]
     late: bool = False
     time: str = ""
+    when: datetime.datetime | None = None
 
     @property
     def name(self) -> str:
@@ -283,8 +287,8 @@ def _submission(pile: _Pile, key: str) -> Submission:
     listed = pile.member.students if pile.member else ()
     students = tuple(Student(tidy_name(name), id) for name, id in listed)
     students = students or (Student(tidy_name(pile.name), pile.id),)
-    time = pile.member.time if pile.member else ""
-    return Submission(key, students, tuple(pile.sources), pile.late, time)
+    time, when = (pile.member.time, pile.member.when) if pile.member else ("", None)
+    return Submission(key, students, tuple(pile.sources), pile.late, time, when)
 
 
 def _keys(piles: Sequence[_Pile], folder: Path) -> list[str]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 from muslin.classes.finding import Submission
+from muslin.classes.late import Lateness
 from muslin.classes.overrides import Override
 from muslin.grading.record import FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Check, Record, TaskResult
 from muslin.grading.views.grades_csv import cell
@@ -18,13 +19,16 @@ from muslin.tasks import Assignment
 #: Longest notes in a cell [characters].
 NOTES = 2000
 
+#: Columns where there is a late policy: the total before it, and what it took.
+BEFORE = ("before late", "taken for late")
+
 
 @dataclass(frozen=True)
 class Row:
     """A submission, what came of it, and what was set by hand.
 
-    `error` says why there is no record, `found` what was noticed about the files. Scores are those that count,
-    overrides included.
+    `error` says why there is no record, `found` what was noticed about the files, `late` what the late policy makes of
+    it where there is one. Scores are those with overrides.
     """
 
     submission: Submission
@@ -32,6 +36,7 @@ class Row:
     error: str = ""
     overrides: tuple[Override, ...] = ()
     found: tuple[str, ...] = ()
+    late: Lateness | None = None
 
     @property
     def key(self) -> str:
@@ -46,23 +51,57 @@ class Row:
         """The score set by hand for a task, or for the total."""
         return self._by_hand.get(task)
 
+    def bonus(self, task: str = "") -> float:
+        """Points by hand on top of what was graded for a task, or of the total."""
+        return sum(entry.bonus for entry in self.overrides if entry.task == task)
+
+    def touched(self, task: str = "") -> bool:
+        """Whether a person has changed the score of a task, or the total."""
+        return self.by_hand(task) is not None or self.bonus(task) > 0
+
     def score(self, task: str) -> float | None:
         """Points that count for a task."""
         score = self.by_hand(task)
-        return score if score is not None or self.record is None else self.record[task].score
+        if score is None and self.record is not None:
+            score = self.record[task].score
+        bonus = self.bonus(task)
+        return (score or 0.0) + bonus if bonus else score
 
     @property
     def total(self) -> float | None:
-        """Points that count in all."""
+        """Points in all, before anything is taken off for being late."""
         if (total := self.by_hand()) is not None:
-            return total
+            return total + self.bonus()
         if self.record:
-            return round(sum(self.score(task.name) or 0.0 for task in self.record), 2)
-        return round(sum(self._by_hand.values()), 2) if self._by_hand else None
+            return round(sum(self.score(task.name) or 0.0 for task in self.record) + self.bonus(), 2)
+        tasks = {entry.task for entry in self.overrides if entry.task and self.touched(entry.task)}
+        if not tasks and not self.bonus():
+            return None
+        return round(sum(self.score(task) or 0.0 for task in tasks) + self.bonus(), 2)
+
+    @property
+    def was_late(self) -> bool:
+        """Whether it came late: as the late policy sees it, or else the platform."""
+        return self.submission.late if self.late is None else self.late.late
+
+    @property
+    def counts(self) -> float | None:
+        """Points that count in the end: a total set by hand is what the person who set it said."""
+        total = self.total
+        return total if total is None else round(max(0.0, total - self.taken), 2)
+
+    @property
+    def taken(self) -> float:
+        """Points taken off for being late."""
+        if self.late is None or self.total is None or self.by_hand() is not None:
+            return 0.0
+        return min(self.total, self.late.taken(self.total))
 
     def notes(self) -> list[str]:
         """What a person should know: late, not graded and why, set by hand."""
-        said = ["late"] if self.submission.late else []
+        said = ["late"] if self.submission.late and self.late is None else []
+        if self.late is not None and self.late.said:
+            said.append(self._lateness(self.late))
         if self.submission.time:
             said.append(f"handed in {self.submission.time}")
         if self.error:
@@ -73,9 +112,19 @@ class Row:
         """All notes in a cell: those, and what was noticed about the files."""
         return " | ".join([*self.notes(), *self.found])
 
+    def _lateness(self, late: Lateness) -> str:
+        """What being late costs, in words."""
+        if self.by_hand() is not None and late.percent:
+            return f"{late.said}; nothing is taken off a total set by hand"
+        if not self.taken or self.total is None or self.counts is None:
+            return late.said
+        return f"{late.said}: {points(self.total)} - {points(self.taken)} = {points(self.counts)}"
+
     def _said(self, override: Override) -> str:
         """An override in words."""
         what = override.task or "total"
+        if override.bonus:
+            return f"{what}: {points(override.bonus)} on top by hand: {override.reason}"
         if override.score is None:
             return f"{override.task}: {override.reason}" if override.task else override.reason
         bonus = "" if override.score <= override.most else f", above the {points(override.most)} there are"
@@ -95,7 +144,8 @@ class Row:
 
     def _task(self, task: TaskResult) -> TaskResult:
         checks = tuple(self._check(task, entry) for entry in self.overrides if entry.task == task.name)
-        if (score := self.by_hand(task.name)) is None:
+        score = self.score(task.name)
+        if score is None or not self.touched(task.name):
             return replace(task, checks=(*checks, *task.checks))
         status = task.status
         if status == NOT_IMPLEMENTED:  # a view would show nothing else of it
@@ -103,6 +153,8 @@ class Row:
         return replace(task, score=score, status=status, checks=(*checks, *task.checks))
 
     def _check(self, task: TaskResult, override: Override) -> Check:
+        if override.bonus:
+            return Check("bonus", "form", SKIPPED, f"{points(override.bonus)} on top. {override.reason}")
         if override.score is None:
             return Check("comment", "form", SKIPPED, override.reason)
         said = f"{points(override.score)} of {points(task.max_score)}{self._instead(override)}. {override.reason}"
@@ -110,24 +162,34 @@ class Row:
 
 
 def grades_csv(rows: Sequence[Row], table: Assignment) -> str:
-    """A line per student (RFC 4180); the same for every run, and safe to open in a spreadsheet."""
+    """A line per student (RFC 4180); the same for every run, and safe to open in a spreadsheet.
+
+    Where there is a late policy, it has the total before it and what it took besides the score that counts.
+    """
+    policy = any(row.late is not None for row in rows)
     most = sum(task.points for task in table.tasks.values())
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\r\n")
-    writer.writerow(["student", "id", "score", "max", *map(cell, table.tasks), "late", "notes"])
+    before = BEFORE if policy else ()
+    writer.writerow(["student", "id", "score", "max", *map(cell, table.tasks), "late", *before, "notes"])
     lines = []
     for row in rows:
-        scores = [row.total, most, *(row.score(task) for task in table.tasks)]
+        scores = [row.counts, most, *(row.score(task) for task in table.tasks)]
         for student in row.submission.students:
             lines.append(
                 [
                     cell(student.name),
                     cell(student.id),
                     *("" if score is None else points(score) for score in scores),
-                    "yes" if row.submission.late else "",
+                    "yes" if row.was_late else "",
+                    *(_before(row) if policy else ()),
                     cell(row.told(), NOTES),
                 ]
             )
     lines.sort(key=lambda line: (line[0].casefold(), line[0], line[1]))
     writer.writerows(lines)
     return stream.getvalue()
+
+
+def _before(row: Row) -> tuple[str, str]:
+    return "" if row.total is None else points(row.total), points(row.taken) if row.taken else ""

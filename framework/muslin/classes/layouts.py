@@ -30,6 +30,7 @@ class Member(NamedTuple):
 
     students: tuple[tuple[str, str], ...]
     time: str
+    when: datetime.datetime | None = None
 
 
 _MOODLE = re.compile(r"(?P<name>.+?)_(?P<id>\d+)_assignsubmission_(?:file|[a-z]+)_?(?P<inside>.*)", re.S)
@@ -111,7 +112,7 @@ def members(path: Path) -> dict[str, Member]:
         raise MuslinError(f"{paths.shown(path)} cannot be read: {str(error).splitlines()[0]}.") from None
     entries = data.items() if isinstance(data, dict) else ()
     return {
-        str(name): Member(tuple(_students(about)), _time(_symbol(about, "created_at")))
+        str(name): Member(tuple(_students(about)), *_time(_symbol(about, "created_at")))
         for name, about in entries
     }
 
@@ -129,12 +130,12 @@ def _symbol(data: Any, key: str) -> Any:
     return data.get(f":{key}", data.get(key)) if isinstance(data, dict) else None
 
 
-def _time(value: Any) -> str:
-    """A point in time, for people."""
+def _time(value: Any) -> tuple[str, datetime.datetime | None]:
+    """A point in time, for people and for reckoning with."""
     if isinstance(value, dict):  # Ruby's time with a zone
         value = value.get("utc") or value.get("time")
-    if isinstance(value, datetime.datetime):
-        if value.tzinfo is not None:
-            value = value.astimezone(datetime.timezone.utc)
-        return f"{value:%Y-%m-%d %H:%M} UTC"
-    return str(value or "")
+    if not isinstance(value, datetime.datetime):
+        return str(value or ""), None
+    utc = datetime.timezone.utc
+    value = value.replace(tzinfo=utc) if value.tzinfo is None else value.astimezone(utc)
+    return f"{value:%Y-%m-%d %H:%M} UTC", value

@@ -1,15 +1,13 @@
 """Scores set by hand, from a table a person keeps: student, task (blank: the total), score, reason.
 
-A line without a score is a comment. A score above the maximum is a bonus.
+A line without a score is a comment. A score above the maximum is a bonus; so are points in a column `bonus`, which come
+on top of what was graded. The student `*` is everyone who has no line of their own for that task.
 """
 
 from __future__ import annotations
 
-import csv
 import difflib
-import io
 import math
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,20 +15,28 @@ from pathlib import Path
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.classes.finding import Submission, tidy_name
+from muslin.classes.tables import Sheet
 from muslin.grading.views.text import one_line
 from muslin.tasks import Assignment
 
 COLUMNS = ("student", "task", "score", "reason")
 
+#: A column that may be there, and whoever has no line of their own.
+BONUS, EVERYONE = "bonus", "*"
+
 
 @dataclass(frozen=True)
 class Override:
-    """A score set by hand, of `most` that there are; without a score, a comment. An empty `task` means the total."""
+    """A score set by hand, of `most` that there are, or points on top; without either, a comment.
+
+    An empty `task` means the total.
+    """
 
     task: str
     score: float | None
     reason: str
     most: float = math.inf
+    bonus: float = 0.0
 
 
 def read(
@@ -53,8 +59,8 @@ def read(
     """
     path = Path(path)
     try:
-        lines = _lines(path.read_bytes())
-    except (OSError, UnicodeDecodeError, csv.Error) as error:
+        lines = [row for row in Sheet(path.read_bytes()).rows if row]
+    except (OSError, UnicodeDecodeError) as error:
         why = getattr(error, "strerror", None) or error
         raise MuslinError(f"The overrides {paths.shown(path)} cannot be read: {why}.") from None
     header = [cell.strip().lower() for cell in lines[0]] if lines else []
@@ -63,21 +69,20 @@ def read(
             f"The overrides {paths.shown(path)} have no column {', '.join(missing)}.",
             f"Its first line should be: {','.join(COLUMNS)}",
         )
-    meant = _names(submissions)
+    meant = names(submissions)
     totals = {"": sum(task.points for task in table.tasks.values())}
     most = totals | {name: task.points for name, task in table.tasks.items()}
     found: dict[str, list[Override]] = {}
+    everyones: list[Override] = []
     wrong = []
     for number, cells in enumerate(lines[1:], 2):
         if not any(cell.strip() for cell in cells):
             continue
         row = dict(zip(header, (cell.strip() for cell in cells), strict=False))
         try:
-            key, override = _override(row, meant, most)
-            earlier = found.setdefault(key, [])
-            if override.score is not None and any(
-                e.task == override.task and e.score is not None for e in earlier
-            ):
+            keys, override = _override(row, meant, most)
+            earlier = everyones if keys is None else found.setdefault(keys, [])
+            if _clashes(override, earlier):
                 raise ValueError("this score is set in an earlier line already")
             earlier.append(override)
         except ValueError as error:
@@ -86,24 +91,17 @@ def read(
         more = f"\n  and {len(wrong) - 20} more" if len(wrong) > 20 else ""
         told = "".join(f"\n  {line}" for line in wrong[:20])
         raise MuslinError(f"The overrides {paths.shown(path)} cannot be used:{told}{more}")
+    for submission in submissions if everyones else ():
+        own = found.setdefault(submission.key, [])
+        own += [override for override in everyones if not _clashes(override, own)]
     return {key: tuple(entries) for key, entries in found.items()}
 
 
-def _lines(data: bytes) -> list[list[str]]:
-    """Cells of a CSV file, in the encodings and with the separators that spreadsheets write."""
-    if data.startswith((b"\xff\xfe", b"\xfe\xff")):
-        text = data.decode("utf-16")
-    else:
-        try:
-            text = data.decode("utf-8-sig")
-        except UnicodeDecodeError:
-            text = data.decode("cp1252")
-    stream = io.StringIO(text, newline="")
-    first = stream.readline()
-    said = re.fullmatch(r"sep=(.)\s*", first)  # Excel's own line
-    if said is None:
-        stream.seek(0)
-    return list(csv.reader(stream, delimiter=said[1] if said else max(",;\t", key=first.count)))
+def _clashes(override: Override, others: Sequence[Override]) -> bool:
+    """Whether one of the others sets the same score."""
+    return override.score is not None and any(
+        other.task == override.task and other.score is not None for other in others
+    )
 
 
 def _number(text: str) -> float:
@@ -116,26 +114,51 @@ def _number(text: str) -> float:
 
 def _override(
     row: Mapping[str, str], meant: Mapping[str, set[str]], most: Mapping[str, float]
-) -> tuple[str, Override]:
+) -> tuple[str | None, Override]:
+    """What a line says, and of whom: a key, or nothing for everyone."""
     student, task = tidy_name(row.get("student", "")), row.get("task", "")
+    key = None if student == EVERYONE else the_one(student, meant)
+    if task not in most:
+        raise ValueError(f"there is no task {one_line(task)!r}{_near(task, most)}")
+    score, bonus = _points(row, "score"), _points(row, BONUS)
+    if score is not None and bonus is not None:
+        raise ValueError("there is a score and a bonus; write the score with the bonus in it")
+    if not row.get("reason"):
+        what = (
+            "neither a score nor a comment"
+            if score is None and bonus is None
+            else "no reason; students will ask"
+        )
+        raise ValueError(f"there is {what}")
+    return key, Override(task, score, row["reason"], most[task], bonus or 0.0)
+
+
+def _points(row: Mapping[str, str], column: str) -> float | None:
+    """The points in a column, if there are any."""
+    if not (said := row.get(column, "")):
+        return None
+    if not 0 <= (number := _number(said)) < math.inf:
+        raise ValueError(f"the {column} {one_line(said)!r} is no number from 0")
+    return number
+
+
+def the_one(student: str, meant: Mapping[str, set[str]]) -> str:
+    """The key of the one submission that a name, number or key means.
+
+    Raises
+    ------
+    ValueError
+        If it means none, or several.
+    """
     keys = meant.get(student.casefold(), set())
     if not keys:
         raise ValueError(f"there is no student {one_line(student)!r}{_near(student, meant)}")
     if len(keys) > 1:
         raise ValueError(f"{one_line(student)!r} may be {', '.join(sorted(keys))}; write one of these")
-    if task not in most:
-        raise ValueError(f"there is no task {one_line(task)!r}{_near(task, most)}")
-    said = row.get("score", "")
-    score = _number(said) if said else None
-    if score is not None and not 0 <= score < math.inf:
-        raise ValueError(f"the score {one_line(said)!r} is no number from 0")
-    if not row.get("reason"):
-        what = "neither a score nor a comment" if score is None else "no reason; students will ask"
-        raise ValueError(f"there is {what}")
-    return next(iter(keys)), Override(task, score, row["reason"], most[task])
+    return next(iter(keys))
 
 
-def _names(submissions: Sequence[Submission]) -> dict[str, set[str]]:
+def names(submissions: Sequence[Submission]) -> dict[str, set[str]]:
     """Every way to name a student, and the submissions it may mean. A key means its own alone."""
     meant: dict[str, set[str]] = {}
     for submission in submissions:

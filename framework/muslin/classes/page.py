@@ -27,6 +27,15 @@ from muslin.tasks import Assignment, Task
 #: How a task can stand: name in the style sheet -> in words.
 STANDS = {"full": "right", "part": "partly", "none": "wrong, or cannot be run", "open": "not implemented yet"}
 
+#: What the table can be narrowed to besides how a task stands: mark of a row -> in words.
+KINDS = {
+    "late": "late",
+    "hand": "changed by hand",
+    "failed": "not graded",
+    "lost": "with points lost",
+    "whole": "with every point",
+}
+
 #: Mistakes that are listed, and students named as examples of each.
 MISTAKES, EXAMPLES = 15, 5
 
@@ -37,6 +46,7 @@ def render(
     printed: Mapping[str, Printed],
     alike: Alike,
     passed_over: Sequence[str] = (),
+    roster: Sequence[tuple[str, Sequence[str]]] = (),
 ) -> str:
     """The page.
 
@@ -50,6 +60,8 @@ def render(
         Submissions that are alike, or like the published solution.
     passed_over : sequence of str
         What in the folder of submissions was none.
+    roster : sequence of (str, sequence of str)
+        What is to be said of the class's roster, and of whom.
     """
     script = verbatim("classes/class.js")
     digest = base64.b64encode(hashlib.sha256(script.encode()).digest()).decode()
@@ -74,10 +86,15 @@ def render(
         pictures=_pictures(rows, printed),
         alike=alike,
         passed_over=passed_over,
+        roster=roster,
+        policy_of_late=any(row.late is not None for row in rows),
         circumstances=_circumstances(rows, table),
         # how it is said
         stands=STANDS,
         stands_of=_stand,
+        kinds_of=_kinds,
+        kinds=KINDS,
+        most=sum(task.points for task in tasks),
         points=points,
         ids=lambda row: ", ".join(student.id for student in row.submission.students if student.id),
         longest=NOTES,
@@ -87,7 +104,7 @@ def render(
 
 
 def _numbers(rows: Sequence[Row], table: Assignment) -> list[tuple[str, str]]:
-    totals = [row.total for row in rows if row.total is not None]
+    totals = [row.counts for row in rows if row.counts is not None]
     most = sum(task.points for task in table.tasks.values())
     said: list[tuple[str, str]] = [(str(len(rows)), "submission" + "s" * (len(rows) != 1))]
     if totals:
@@ -97,7 +114,7 @@ def _numbers(rows: Sequence[Row], table: Assignment) -> list[tuple[str, str]]:
             (str(sum(total >= most for total in totals)), "with every point"),
         ]
     counted = {
-        "late": sum(row.submission.late for row in rows),
+        "late": sum(row.was_late for row in rows),
         "with scores set by hand": sum(bool(row.overrides) for row in rows),
         "not graded": sum(bool(row.error) for row in rows),
     }
@@ -114,8 +131,21 @@ def _stand(row: Row, task: Task) -> str:
         return "full"
     if score > 0:
         return "part"
-    graded = row.record is not None and row.by_hand(task.name) is None
+    graded = row.record is not None and not row.touched(task.name)
     return "open" if graded and row.record[task.name].status == NOT_IMPLEMENTED else "none"  # type: ignore[index]
+
+
+def _kinds(row: Row, most: float) -> str:
+    """Which of `KINDS` a row is."""
+    counts = row.counts
+    is_one = {
+        "late": row.was_late,
+        "hand": bool(row.overrides),
+        "failed": bool(row.error),
+        "lost": counts is not None and counts < most,
+        "whole": counts is not None and counts >= most,
+    }
+    return " ".join(kind for kind in KINDS if is_one[kind])
 
 
 @dataclass(frozen=True)

@@ -91,9 +91,9 @@ def _printed(folder: Path, row: Row, machine: _Machine) -> Printed:
 
 def _head(row: Row) -> dict[str, Any]:
     """What was set by hand, for the head of the student's report."""
-    if not row.overrides and not row.submission.late:
+    if not row.overrides and not row.submission.late and not (row.late and row.late.said):
         return {}
-    return {"counts": f"Counts: {points(row.total or 0.0)} points.", "notes": row.notes()}
+    return {"counts": f"Counts: {points(row.counts or 0.0)} points.", "notes": row.notes()}
 
 
 class _Machine:

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor, ThreadPoolExecutor
 from contextlib import AbstractContextManager
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 from muslin import tasks
@@ -16,6 +16,7 @@ from muslin.base.errors import MuslinError
 from muslin.classes import engines, finding, gradebook, overrides, page, reports, similarity
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger, write
+from muslin.classes.returning import Desk, Returned, Wanted
 from muslin.classes.work import Job, Result, Terms, edition
 from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
@@ -57,6 +58,8 @@ class Class:
         What was passed over in the folder of submissions.
     cpu : tuple of float
         Processor time of each grading of this run [s].
+    returned : Returned
+        What is ready to upload, and who is who on the roster.
     """
 
     rows: tuple[Row, ...]
@@ -64,10 +67,11 @@ class Class:
     folder: Path
     notes: tuple[str, ...]
     cpu: tuple[float, ...] = ()
+    returned: Returned = field(default_factory=Returned)
 
     def told(self) -> str:
         """The class in a few lines."""
-        totals = [row.total for row in self.rows if row.total is not None]
+        totals = [row.counts for row in self.rows if row.counts is not None]
         failed = [row for row in self.rows if row.error]
         lines = [f"{len(self.rows) - len(failed)} graded, {len(failed)} could not be."]
         if totals:
@@ -77,11 +81,16 @@ class Class:
         lines += [f"  {one_line(row.submission.name)}: {one_line(row.error, 400)}" for row in failed[:NAMED]]
         if len(failed) > NAMED:
             lines.append(f"  and {len(failed) - NAMED} more; index.html names them all")
-        bonus = [row for row in self.rows if any((o.score or 0) > o.most for o in row.overrides)]
+        bonus = [row for row in self.rows if any((o.score or 0) > o.most or o.bonus for o in row.overrides)]
         if bonus:
             lines.append(
-                f"Set by hand above the maximum: {', '.join(one_line(r.submission.name) for r in bonus)}."
+                f"Given points on top by hand: {', '.join(one_line(r.submission.name) for r in bonus)}."
             )
+        for what, whom in self.returned.told():
+            lines.append(f"{what}: {len(whom)}.")
+            lines += [f"  {one_line(text, 300)}" for text in whom[:NAMED]]
+            if len(whom) > NAMED:
+                lines.append(f"  and {len(whom) - NAMED} more; index.html names them all")
         if self.cpu:
             each = statistics.fmean(self.cpu)
             lines.append(
@@ -99,6 +108,7 @@ def grade_class(
     jobs: int | None = None,
     scheduler: str | None = None,
     by_hand: Path | str | None = None,
+    back: Wanted | None = None,
     seed: str | None = None,
     safety: str = "auto",
     deadline: float | None = None,
@@ -122,6 +132,8 @@ def grade_class(
         Address of a Dask scheduler to grade on instead.
     by_hand : path, optional
         Overrides; see `muslin.classes.overrides`.
+    back : Wanted, optional
+        What goes back to the platform, and the late policy.
     on_find : callable, optional
         Called as (submissions, of those graded already).
     on_progress : callable, optional
@@ -139,7 +151,9 @@ def grade_class(
     table = tasks.assignment(assignment)
     found, notes = finding.find(submissions, table)
     set_by_hand = overrides.read(by_hand, found, table) if by_hand else {}
-    ours = (submissions, out, hidden, by_hand)
+    desk = Desk(back or Wanted(), found, table)
+    notes += desk.notes
+    ours = (submissions, out, hidden, by_hand, *desk.files)
     secrets = tuple(str(Path(path).resolve()) for path in ours if path is not None)
     terms = Terms(assignment, edition(assignment), _hidden(hidden, table), seed, safety, deadline, secrets)
     ledger = Ledger(Path(out))
@@ -154,16 +168,20 @@ def grade_class(
         fresh = _graded({key: collected[key] for key in waiting}, terms, ledger, where, progress)
         results |= fresh
         rows = tuple(
-            _row(s, collected[s.key], results[s.key], set_by_hand.get(s.key, ()), table) for s in found
+            replace(
+                _row(s, collected[s.key], results[s.key], set_by_hand.get(s.key, ()), table),
+                late=desk.lateness(s),
+            )
+            for s in found
         )
-        _report(ledger.folder, rows, collected, table, notes, progress)
+        returned = _report(ledger.folder, rows, collected, table, notes, desk, progress)
     if all(result.record is None for result in results.values()):
         raise MuslinError(
             f"None of {len(found)} submissions could be graded. The first: {one_line(rows[0].error, 400)}",
             f"{paths.shown(ledger.folder / 'grades.csv')} names the reason for each.",
         )
     cpu = tuple(result.cpu for result in fresh.values())
-    return Class(rows, taken, ledger.folder, tuple(notes), cpu)
+    return Class(rows, taken, ledger.folder, tuple(notes), cpu, returned)
 
 
 def _named(submissions: Path) -> str:
@@ -227,15 +245,18 @@ def _report(
     collected: Mapping[str, Handed],
     table: tasks.Assignment,
     notes: Sequence[str],
+    desk: Desk,
     progress: _Progress,
-) -> None:
-    """Write the table, each student's report, and the page about the class."""
+) -> Returned:
+    """Write the table, each student's report, what goes back to the platform, and the page about the class."""
     write(folder / "grades.csv", gradebook.grades_csv(rows, table).encode())
     printed = reports.make(folder, rows, lambda done: progress.reported(done, len(rows)))
     sources = {key: _text(handed.files) for key, handed in collected.items() if handed.files}
     alike = similarity.compared(sources, _stubs(table), _solution(table))
-    write(folder / "index.html", page.render(rows, table, printed, alike, notes).encode())
+    returned = desk.hand_back(folder, rows)
+    write(folder / "index.html", page.render(rows, table, printed, alike, notes, returned.told()).encode())
     progress.over()
+    return returned
 
 
 def _collected(found: Sequence[finding.Submission], table: tasks.Assignment) -> dict[str, Handed]:

@@ -47,8 +47,36 @@ def class_grade(
         str | None, typer.Option(help="Grade on a Dask cluster: the address of its scheduler.")
     ] = None,
     overrides: Annotated[
-        Path | None, typer.Option(help="Scores set by hand: a CSV of student, task, score, reason.")
+        Path | None,
+        typer.Option(help="Scores set by hand: a CSV of student, task, score, reason, and bonus."),
     ] = None,
+    roster: Annotated[
+        Path | None,
+        typer.Option(
+            help="The platform's own table: Canvas' gradebook, Moodle's grading worksheet, Gradescope's roster. "
+            "It comes back with the scores in it, in OUT/upload."
+        ),
+    ] = None,
+    column: Annotated[
+        str | None, typer.Option(help="The column of the roster for the scores. Default: this assignment's.")
+    ] = None,
+    scale: Annotated[
+        bool, typer.Option("--scale", help="Scale scores to the points the platform gives.")
+    ] = False,
+    missing: Annotated[
+        float | None,
+        typer.Option(help="Score of who is on the roster and handed in nothing. Default: none.", min=0.0),
+    ] = None,
+    rules: Annotated[
+        Path | None,
+        typer.Option(help="A TOML file: what being late costs, and who is who where it is unclear."),
+    ] = None,
+    feedback: Annotated[
+        bool,
+        typer.Option(
+            "--feedback", help="Put the reports into OUT/upload, named for Canvas' or Moodle's upload."
+        ),
+    ] = False,
     seed: Annotated[
         str | None,
         typer.Option(help="Draw the hidden cases from this. Default: each submission's own bytes."),
@@ -59,6 +87,7 @@ def class_grade(
     ] = None,
 ) -> None:
     """Grade all submissions and write grades.csv and index.html. It can be stopped at any time and goes on later."""
+    from muslin.classes.returning import Wanted
     from muslin.classes.run import grade_class
 
     if jobs and scheduler:
@@ -72,7 +101,8 @@ def class_grade(
         with progress("grading") as tick:
             graded = grade_class(
                 submissions, out, assignment, hidden=hidden, jobs=jobs, scheduler=scheduler, by_hand=overrides,
-                seed=seed, safety=safety.value, deadline=deadline, on_find=found, on_progress=tick,
+                back=Wanted(roster, column, scale, missing, rules, feedback), seed=seed, safety=safety.value,
+                deadline=deadline, on_find=found, on_progress=tick,
             )  # fmt: skip
     except KeyboardInterrupt:
         say("Stopped; every result so far is kept. The same command goes on from here.", err=True)
@@ -81,3 +111,5 @@ def class_grade(
         say(f"note: {one_line(note, 500)}", err=True)
     say(graded.told())
     say(f"Wrote {paths.shown(graded.folder / 'grades.csv')} and {paths.shown(graded.folder / 'index.html')}.")
+    for path in graded.returned.files:
+        say(f"Ready to upload: {paths.shown(path)}.")
