@@ -134,6 +134,48 @@ def test_what_is_graded_is_not_graded_again_and_scores_set_by_hand_stay(room):
     large.check(home / "report", made)
 
 
+def test_the_roster_comes_back_and_the_rules_count_and_nobody_is_graded_again(room):
+    home, made, _, _ = room
+    students = list(made)
+    lines = [
+        "Name,Email,score",
+        *(f'"{name}",s{k}@example.edu,' for k, name in enumerate(students)),
+        "Absent,a@x,",
+    ]
+    (home / "roster.csv").write_text("\ufeff" + "\r\n".join(lines) + "\r\n", encoding="utf-8")
+    zipped = next(name for name, submission in made.items() if submission.kind.startswith("mass_block"))
+    (home / "class.toml").write_text(
+        "[late]\ndeadline = 2026-03-02T23:59:00Z\npercent-per-day = 10\n"
+        f"[late.handed-in]\n{json.dumps(zipped, ensure_ascii=False)} = 2026-03-04T12:00:00Z\n",
+        encoding="utf-8",
+    )
+    before, journal = (home / "report/grades.csv").read_bytes(), large.journal(home / "report")
+    graded = {row["student"]: row["score"] for row in csv.DictReader(before.decode().splitlines())}
+    run = large.command(home / "submissions", home / "report", *DEADLINE)
+    asked = ("--roster", str(home / "roster.csv"), "--rules", str(home / "class.toml"), "--missing", "0")
+    done = subprocess.run([*run, *asked], capture_output=True, text=True, check=True)
+    assert large.journal(home / "report") == journal
+    expected = {**graded, zipped: f"{float(graded[zipped]) * 0.8:g}"}
+    cells = [f'"{name}",s{k}@example.edu,{expected[name]}' for k, name in enumerate(students)]
+    filled = "\ufeff" + "\r\n".join([lines[0], *cells, "Absent,a@x,0"]) + "\r\n"
+    assert (home / "report/upload/roster.csv").read_bytes().decode() == filled
+    assert "On the roster, handed in nothing: 1. Absent" in unfolded(done.stdout)
+    assert "handed in, and has no score: 002" in unfolded(done.stdout)
+    assert "roster.csv" in unfolded(done.stdout).split("Ready to upload: ")[1]
+    rows = {
+        row["student"]: row
+        for row in csv.DictReader((home / "report/grades.csv").read_text("utf-8").splitlines())
+    }
+    assert rows[zipped]["before late"] == graded[zipped]
+    assert "late by 1 day 12 h 1 min" not in rows[zipped]["notes"]  # two units are enough
+    assert "late by 1 day 12 h (2 days at 10%)" in rows[zipped]["notes"]
+    page = (home / "report/index.html").read_text(encoding="utf-8")
+    assert "On the roster, handed in nothing: 1" in page
+    assert "Before late" in page
+    subprocess.run(run, check=True, capture_output=True)
+    assert (home / "report/grades.csv").read_bytes() == before
+
+
 def test_half_written_and_foreign_results_are_not_taken(room, tmp_path):
     home, *_ = room
     ledger = Ledger(home / "report")

@@ -368,11 +368,14 @@ addEventListener("load", () => {
   const fields = document.querySelector("#filter").elements;
   const ask = (name, value) => { fields[name].value = value; fields[name].dispatchEvent(new Event("input")); };
   ask("text", "BEA"); said.push(order()); ask("text", "");
-  for (const kind of ["late", "hand", "failed", "whole"]) { ask("kind", kind); said.push(order() + "=" + fields.shown.value[0]); }
+  for (const kind of ["late", "hand", "failed", "whole"]) {
+    ask("kind", kind); said.push(order() + "=" + fields.shown.value[0]);
+  }
   ask("kind", ""); ask("task", "0"); ask("stand", "full"); said.push(order()); ask("task", ""); ask("stand", "");
   const grades = document.querySelector(".scroll.grades");
   grades.style.maxHeight = "80px"; const low = grades.clientHeight; grades.style.maxHeight = "";
-  fields.tall.click(); said.push("tall:" + (low <= 80 && grades.clientHeight >= grades.querySelector("table").offsetHeight));
+  fields.tall.click();
+  said.push("tall:" + (low <= 80 && grades.clientHeight >= grades.querySelector("table").offsetHeight));
   said.push("hacked:" + String(window.hacked), "scripts:" + document.scripts.length);
   said.push("pictures:" + [...document.images].filter((i) => i.complete && i.naturalWidth).length);
   said.push("wide:" + (document.documentElement.scrollWidth > innerWidth));
