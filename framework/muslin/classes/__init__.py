@@ -6,9 +6,14 @@
 - `engines`     where those processes run: this machine's cores, or a Dask cluster
 - `ledger`      results on disk, so that no interruption costs or repeats one
 - `overrides`   scores set by hand
+- `late`        what being late costs
+- `again`       one task graded again after an erratum
 - `gradebook`   what counts in the end, and `grades.csv`
 - `similarity`  advice on who may have copied
 - `reports`     each student's report and picture
 - `page`        the report about the class
+- `tables`      CSV files, written again with every other byte as it was
+- `roster`      who is in the class by the platform's own table
+- `returning`   what goes back to the platform
 - `run`         `grade_class`, which puts it together
 """

@@ -63,17 +63,21 @@ class Ledger:
                     unfinished.unlink(missing_ok=True)
             yield
 
-    def take(self, key: str, stamp: Mapping[str, str]) -> Result | None:
-        """The result of an earlier run, if it is whole, final and of the very same work."""
+    def take(self, key: str, stamp: Mapping[str, str], apart_from: str = "") -> Result | None:
+        """The result of an earlier run, if it is whole, final and of the very same work.
+
+        `apart_from` names what of the stamp may differ.
+        """
         try:
             data = json.loads((self._records / f"{key}.json").read_bytes())
-            if data["schema"] != SCHEMA or data["stamp"] != stamp:
+            kept = {name: value for name, value in data["stamp"].items() if name != apart_from}
+            if data["schema"] != SCHEMA or kept != {n: v for n, v in stamp.items() if n != apart_from}:
                 return None
             result = Result(**data["result"])
             if result.record is not None:
                 from_json(result.record)
             return result if result.key == key and result.final else None
-        except (OSError, ValueError, KeyError, TypeError):
+        except (OSError, ValueError, KeyError, TypeError, AttributeError):
             return None
 
     def keep(self, result: Result, stamp: Mapping[str, str]) -> None:

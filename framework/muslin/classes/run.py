@@ -13,7 +13,7 @@ from pathlib import Path
 from muslin import tasks
 from muslin.base import paths, runtime
 from muslin.base.errors import MuslinError
-from muslin.classes import engines, finding, gradebook, overrides, page, reports, similarity
+from muslin.classes import again, engines, finding, gradebook, overrides, page, reports, similarity
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger, write
 from muslin.classes.returning import Desk, Returned, Wanted
@@ -60,6 +60,8 @@ class Class:
         Processor time of each grading of this run [s].
     returned : Returned
         What is ready to upload, and who is who on the roster.
+    changed : tuple of Change
+        Tasks that were graded again after an erratum.
     """
 
     rows: tuple[Row, ...]
@@ -68,6 +70,7 @@ class Class:
     notes: tuple[str, ...]
     cpu: tuple[float, ...] = ()
     returned: Returned = field(default_factory=Returned)
+    changed: tuple[again.Change, ...] = ()
 
     def told(self) -> str:
         """The class in a few lines."""
@@ -86,6 +89,8 @@ class Class:
             lines.append(
                 f"Given points on top by hand: {', '.join(one_line(r.submission.name) for r in bonus)}."
             )
+        if self.changed:
+            lines.append(again.told(self.changed))
         for what, whom in self.returned.told():
             lines.append(f"{what}: {len(whom)}.")
             lines += [f"  {one_line(text, 300)}" for text in whom[:NAMED]]
@@ -109,6 +114,7 @@ def grade_class(
     scheduler: str | None = None,
     by_hand: Path | str | None = None,
     back: Wanted | None = None,
+    regrade: Sequence[str] = (),
     seed: str | None = None,
     safety: str = "auto",
     deadline: float | None = None,
@@ -134,6 +140,8 @@ def grade_class(
         Overrides; see `muslin.classes.overrides`.
     back : Wanted, optional
         What goes back to the platform, and the late policy.
+    regrade : sequence of str
+        Where the assignment has changed since an earlier run: the tasks that are graded again. All else is taken over.
     on_find : callable, optional
         Called as (submissions, of those graded already).
     on_progress : callable, optional
@@ -149,6 +157,7 @@ def grade_class(
     """
     assignment = assignment or _named(Path(submissions))
     table = tasks.assignment(assignment)
+    only = again.named(regrade, table)
     found, notes = finding.find(submissions, table)
     set_by_hand = overrides.read(by_hand, found, table) if by_hand else {}
     desk = Desk(back or Wanted(), found, table)
@@ -160,12 +169,14 @@ def grade_class(
     with ledger.locked():
         collected = _collected(found, table)
         results, waiting = _known(collected, terms, ledger)
+        earlier = _earlier({key: collected[key] for key in waiting if only}, terms, ledger)
         taken = sum(not handed.unreadable for handed in collected.values()) - len(waiting)
         if on_find:
             on_find(len(found), taken)
         progress = _Progress(len(waiting), len(found), on_progress)
         where = engines.cluster(scheduler) if scheduler else engines.local(jobs or runtime.usable_cores())
-        fresh = _graded({key: collected[key] for key in waiting}, terms, ledger, where, progress)
+        work = [Job(key, collected[key], only if key in earlier else ()) for key in waiting]
+        fresh = _graded(work, earlier, terms, ledger, where, progress)
         results |= fresh
         rows = tuple(
             replace(
@@ -175,13 +186,17 @@ def grade_class(
             for s in found
         )
         returned = _report(ledger.folder, rows, collected, table, notes, desk, progress)
+        if changed := again.changes(rows, results):
+            write(ledger.folder / again.TABLE, again.as_csv(changed).encode())
     if all(result.record is None for result in results.values()):
         raise MuslinError(
             f"None of {len(found)} submissions could be graded. The first: {one_line(rows[0].error, 400)}",
             f"{paths.shown(ledger.folder / 'grades.csv')} names the reason for each.",
         )
     cpu = tuple(result.cpu for result in fresh.values())
-    return Class(rows, taken, ledger.folder, tuple(notes), cpu, returned)
+    if only and not changed:
+        notes.append(f"nothing is to be graded again: {table.name} is as it was when this report was made")
+    return Class(rows, taken, ledger.folder, tuple(notes), cpu, returned, tuple(changed))
 
 
 def _named(submissions: Path) -> str:
@@ -224,16 +239,33 @@ def _known(
     return results, [key for key in collected if key not in results]
 
 
+def _earlier(waiting: Mapping[str, Handed], terms: Terms, ledger: Ledger) -> dict[str, Result]:
+    """What waits only because the assignment has changed: results of the same submissions by an earlier edition."""
+    found = {k: ledger.take(k, terms.stamp(handed), "assignment") for k, handed in waiting.items()}
+    return {key: result for key, result in found.items() if result is not None and result.record is not None}
+
+
 def _graded(
-    waiting: Mapping[str, Handed], terms: Terms, ledger: Ledger, where: Engine, progress: _Progress
+    work: Sequence[Job],
+    earlier: Mapping[str, Result],
+    terms: Terms,
+    ledger: Ledger,
+    where: Engine,
+    progress: _Progress,
 ) -> dict[str, Result]:
     """Grade what waits, in the order in which it is done; each result is on disk when the next one comes."""
     results: dict[str, Result] = {}
-    if waiting:
-        work = (Job(key, handed) for key, handed in waiting.items())
+    if work:
+        jobs = {job.key: job for job in work}
         with where as (pool, width, function):
-            for result in engines.results(pool, width, function, terms, work):
-                ledger.keep(result, terms.stamp(waiting[result.key]))
+            for result in engines.results(pool, width, function, terms, iter(work)):
+                job = jobs[result.key]
+                if job.only and result.record is not None:
+                    result = again.merged(earlier[job.key], result, job.only)
+                if (
+                    not job.only or result.record is not None
+                ):  # else the earlier one stays, to be tried once more
+                    ledger.keep(result, terms.stamp(job.handed))
                 results[result.key] = result
                 progress.graded(len(results))
     return results

@@ -12,8 +12,8 @@ import os
 import pickle
 import sys
 import threading
-from collections.abc import Callable
-from dataclasses import asdict, dataclass, replace
+from collections.abc import Callable, Mapping
+from dataclasses import asdict, dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -70,10 +70,11 @@ class Terms:
 
 @dataclass(frozen=True)
 class Job:
-    """A submission on its way: its key, and what was handed in."""
+    """A submission on its way: its key, what was handed in, and the tasks to grade if not all."""
 
     key: str
     handed: Handed
+    only: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -91,6 +92,8 @@ class Result:
         Whether grading the same bytes again would end the same.
     cpu : float
         Processor time it took, all processes together [s].
+    before : dict
+        Points of tasks that were graded again, before that.
     """
 
     key: str
@@ -98,6 +101,7 @@ class Result:
     error: str = ""
     final: bool = True
     cpu: float = 0.0
+    before: Mapping[str, float] = field(default_factory=dict)
 
 
 @cache
@@ -203,7 +207,7 @@ def _graded_here(terms: Terms, job: Job, folder: str) -> Result:
                 (hidden / name).write_bytes(data)
         record = grade(
             job.handed, terms.assignment, hidden=hidden, seed=terms.seed, safety=terms.safety,
-            deadline=terms.deadline, secrets=terms.secrets,
+            deadline=terms.deadline, secrets=terms.secrets, only=job.only,
             fresh=True,  # hardly any is graded twice, and keeping costs time
         )  # fmt: skip
     except MuslinError as error:

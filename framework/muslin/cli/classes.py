@@ -71,6 +71,12 @@ def class_grade(
         Path | None,
         typer.Option(help="A TOML file: what being late costs, and who is who where it is unclear."),
     ] = None,
+    regrade: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="After a correction of the assignment: grade this task again and no other. Repeatable."
+        ),
+    ] = None,
     feedback: Annotated[
         bool,
         typer.Option(
@@ -87,6 +93,7 @@ def class_grade(
     ] = None,
 ) -> None:
     """Grade all submissions and write grades.csv and index.html. It can be stopped at any time and goes on later."""
+    from muslin.classes.again import TABLE
     from muslin.classes.returning import Wanted
     from muslin.classes.run import grade_class
 
@@ -101,8 +108,8 @@ def class_grade(
         with progress("grading") as tick:
             graded = grade_class(
                 submissions, out, assignment, hidden=hidden, jobs=jobs, scheduler=scheduler, by_hand=overrides,
-                back=Wanted(roster, column, scale, missing, rules, feedback), seed=seed, safety=safety.value,
-                deadline=deadline, on_find=found, on_progress=tick,
+                back=Wanted(roster, column, scale, missing, rules, feedback), regrade=regrade or (),
+                seed=seed, safety=safety.value, deadline=deadline, on_find=found, on_progress=tick,
             )  # fmt: skip
     except KeyboardInterrupt:
         say("Stopped; every result so far is kept. The same command goes on from here.", err=True)
@@ -110,6 +117,8 @@ def class_grade(
     for note in graded.notes:
         say(f"note: {one_line(note, 500)}", err=True)
     say(graded.told())
+    if graded.changed:
+        say(f"Wrote {paths.shown(graded.folder / TABLE)}.")
     say(f"Wrote {paths.shown(graded.folder / 'grades.csv')} and {paths.shown(graded.folder / 'index.html')}.")
     for path in graded.returned.files:
         say(f"Ready to upload: {paths.shown(path)}.")
