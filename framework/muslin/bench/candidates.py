@@ -151,7 +151,8 @@ def run_baseline(program: Path, problem: Path, steps: int, how: str) -> tuple[np
 def bytes_moved(model: Model) -> int:
     """Bytes that assembling one step must move: every array of its kernels once, indices included."""
     element = model.body.elements["hessian"]
-    launches = [getattr(element, "_launch", None), model._assemble._launch, model._impulse._launch]
+    parts = (element, model._assemble, model._impulse, getattr(model.body.bending, "element", None))
+    launches = [getattr(part, "_launch", None) for part in parts]
     arrays = itertools.chain.from_iterable(launch.arguments for launch in launches if launch is not None)
     return sum(array.nbytes for array in arrays if isinstance(array, np.ndarray))
 

@@ -17,9 +17,10 @@ if TYPE_CHECKING:
     import scipy.sparse as sp
 
     from muslin.mesh import Mesh, TetMesh
+    from muslin.physics.elements.bending import Bending
     from muslin.physics.elements.element import Element
     from muslin.physics.elements.layout import Layout
-    from muslin.physics.elements.pattern import Assembly, Impulse
+    from muslin.physics.elements.pattern import Assembly
 
 #: What the elements of a body compute.
 PARTS = ("energy", "gradient", "hessian")
@@ -49,6 +50,8 @@ class Body:
         Tasks behind each of `PARTS` and `OTHERS`: part -> names.
     stiffness : float
         How hard the body is to stretch [N/m], for a hand that pulls at it.
+    bending : Bending, optional
+        Hinges, whose energy is part of the body's.
 
     Attributes
     ----------
@@ -70,6 +73,7 @@ class Body:
         roles: Roles | None = None,
         needs: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
         stiffness: float = 0.0,
+        bending: Bending | None = None,
     ):
         from muslin.physics.elements.pattern import Gather, Pattern
 
@@ -78,9 +82,10 @@ class Body:
         self.roles, self.needs = roles or Roles(), needs
         self.elements = dict(elements)
         self._distinct = list(dict.fromkeys(elements.values()))
-        self.pattern = Pattern(cells, len(X))
+        self.bending = bending
+        self.pattern = Pattern(cells, len(X), bending.widened if bending else None)
         sheet = np.array_equal(self.surface, cells)
-        self._skin = self.pattern if sheet else Gather(self.surface, len(X))
+        self._skin: Gather = self.pattern if sheet else Gather(self.surface, len(X))
         self.mass_factor = self.pattern.blocks(mass)
         self.mass_data = np.zeros(self.pattern.nnz)
         layout = self.pattern.layout
@@ -121,15 +126,36 @@ class Body:
 
     def assembly(self, layout: Layout, data: np.ndarray | None = None) -> Assembly:
         """What writes M + scale d2V/dx2 to a layout of blocks; `prepare` the Hessian before calling it."""
+        return self._assembly(layout, self.mass_factor, data)
+
+    def _assembly(self, layout: Layout, mass: np.ndarray, data: np.ndarray | None = None) -> Assembly:
         from muslin.physics.elements.pattern import Assembly
 
-        return Assembly(self.pattern, layout, self.mass_factor, self.elements["hessian"].hessians, data)
+        hessians, hinges = self.elements["hessian"].hessians, self.bending
+        if hinges is None:
+            return Assembly(self.pattern, layout, mass, hessians, data)
+        constant = hinges.factors(self.pattern)
+        more = None if constant is not None else (hinges.element.cells, hinges.element.hessians)
+        return Assembly(self.pattern, layout, mass, hessians, data, constant, more)
 
-    def impulse(self) -> Impulse:
-        """What computes M v + dt (force - gradient); `prepare` the gradient before calling it."""
+    def impulse(self) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
+        """What computes M v + dt (force - gradient) of (v, force, dt); `prepare` the gradient before calling it.
+
+        It is the right-hand side of a linearly implicit step with the matrix `assembly` writes, and where that is not
+        quite the exact one (see `Bending`), this is allowed for.
+        """
         from muslin.physics.elements.pattern import Impulse
 
-        return Impulse(self.pattern, self.mass_factor, self.elements["gradient"].gradients)
+        impulse = Impulse(self.pattern, self.mass_factor, self.elements["gradient"].gradients)
+        hinges = self.bending
+        if hinges is None:
+            return impulse
+
+        def bent(v: np.ndarray, force: np.ndarray, dt: float) -> np.ndarray:
+            force, beyond = force - hinges.gradient(), hinges.beyond(v)
+            return impulse(v, force if beyond is None else force + dt * beyond, dt)
+
+        return bent
 
     def limiter(
         self, limit: float, pinned: np.ndarray
@@ -172,6 +198,8 @@ class Body:
         runtime.start()  # should somebody else have restarted the engine
         for element in self._distinct:
             element.update(x)
+        if self.bending:
+            self.bending.element.update(x)
 
     #: Whether Newton's method may take its Hessian as it is, near the end of a step.
     exact_near_rest = False
@@ -187,26 +215,26 @@ class Body:
         for element in self._distinct:
             if own := [part for part in parts if self.elements[part] is element]:
                 element.compute(*own, project=project)
+        if self.bending:
+            self.bending.element.compute(*parts, project=project)
 
     def energy_here(self) -> float:
         """Elastic energy [J]."""
         self.prepare("energy")
-        return float(self.elements["energy"].energies.sum())
+        energy = float(self.elements["energy"].energies.sum())
+        return energy + self.bending.energy() if self.bending else energy
 
     def gradient_here(self) -> np.ndarray:
         """Gradient of the elastic energy, (n, 3) [N]; minus this is the force."""
         self.prepare("gradient")
-        return self.pattern.vector(self.elements["gradient"].gradients)
+        gradient = self.pattern.vector(self.elements["gradient"].gradients)
+        return gradient + self.bending.gradient() if self.bending else gradient
 
     def stiffness_here(self, project: bool = True) -> np.ndarray:
-        """Data array (nnz,) of the energy's Hessian on `pattern` [N/m]."""
-        from muslin.physics.elements.pattern import Assembly
-
+        """Data array (nnz,) of the energy's Hessian on `pattern` [N/m], as `assembly` has it."""
         self.prepare("hessian", project=project)
         if self._sum is None:
-            massless = np.zeros_like(self.mass_factor)
-            hessians = self.elements["hessian"].hessians
-            self._sum = Assembly(self.pattern, self.pattern.layout, massless, hessians)
+            self._sum = self._assembly(self.pattern.layout, np.zeros_like(self.mass_factor))
         return self._sum(1.0).copy()
 
     # At given positions -------------------------------------------------------------------------------------
@@ -227,7 +255,9 @@ class Body:
         With `project` the Hessian of each cell is made positive semi-definite.
         """
         self.update(x)
-        return self.pattern.matrix(self.stiffness_here(project))
+        matrix = self.pattern.matrix(self.stiffness_here(project))
+        excess = self.bending.excess() if self.bending else None
+        return matrix if excess is None else matrix - excess
 
     def kinetic_energy(self, v: np.ndarray) -> float:
         """1/2 qdot^T M qdot [J] for velocities v (n, 3)."""

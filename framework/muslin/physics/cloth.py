@@ -11,12 +11,14 @@ import numpy as np
 
 from muslin.base import runtime
 from muslin.base.errors import MuslinError
+from muslin.physics.bending import require_model
 from muslin.physics.body import OTHERS, PARTS, Body
 from muslin.physics.roles import Roles, checked
 from muslin.tasks import Functions
 
 if TYPE_CHECKING:
     from muslin.mesh import Mesh
+    from muslin.physics.elements.bending import Bending
     from muslin.physics.elements.element import Element, Membrane, Rest
 
 ENERGIES = ("linearised", "area", "volumetric")
@@ -72,6 +74,13 @@ class Cloth(Body):
     stand_ins : names of tasks
         Whose functions must not be called: the framework's own code computes every part of the cloth that needs
         one of them (see `NEEDS`).
+    bending : {"off", "quadratic", "shells"}
+        Model of bending (see `muslin.physics.bending`). The quadratic one takes every sheet for flat at rest; shells
+        keep the angles of the undeformed mesh.
+    bending_stiffness : float
+        Flexural rigidity [N m].
+    exact_bending : bool
+        Whether the matrix of a step is to be exact (see `muslin.physics.elements.bending.Bending`).
 
     Raises
     ------
@@ -91,8 +100,12 @@ class Cloth(Body):
         energy: str = "linearised",
         hessian: str = "closed",
         stand_ins: Iterable[str] = (),
+        bending: str = "off",
+        bending_stiffness: float = 0.0,
+        exact_bending: bool = True,
     ):
         _check_parameters(mu, lam, rho, h, energy, hessian)
+        require_model(bending, bending_stiffness)
         runtime.start()
         from muslin.mesh import Mesh, area_and_normal, load
         from muslin.physics.elements.element import Membrane, Rest
@@ -109,10 +122,13 @@ class Cloth(Body):
         _require_tasks(functions, self.needs)
         rest = Rest(X, self.triangles, self.area, self.normal)
         elements = self._elements(rest, Membrane(self.mu, self.lam, self.h, energy))
-        stiffness = self.mu * self.h
+        hinges = None
+        if bending != "off" and bending_stiffness > 0:
+            hinges = self._hinges(X, bending, bending_stiffness, exact_bending)
         super().__init__(
-            X, self.triangles, elements, self._masses(), self.mesh, self.roles, self.needs, stiffness
-        )
+            X, self.triangles, elements, self._masses(), self.mesh, self.roles, self.needs,
+            self.mu * self.h, hinges,
+        )  # fmt: skip
 
     def _elements(self, rest: Rest, membrane: Membrane) -> dict[str, Element]:
         """Which element computes each part: the lecture's around a folder's functions, or our own."""
@@ -126,6 +142,14 @@ class Cloth(Body):
         if left := [part for part in PARTS if part not in own]:
             found |= dict.fromkeys(left, NativeElement(rest, membrane))
         return found
+
+    def _hinges(self, X: np.ndarray, model: str, stiffness: float, exact: bool) -> Bending | None:
+        """What resists bending, if there is an edge with two triangles."""
+        from muslin.physics.bending import Hinges
+        from muslin.physics.elements.bending import Bending
+
+        hinges = Hinges.of(X, self.triangles)
+        return Bending(X, hinges, model, stiffness, exact) if len(hinges.cells) else None
 
     def _masses(self) -> np.ndarray:
         """Factor of the identity for each pair of corners of each triangle, (9 m,) [kg]."""

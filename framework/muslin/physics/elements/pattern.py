@@ -14,6 +14,7 @@ from muslin.base import runtime
 from muslin.base.launch import Launch, is_small
 from muslin.physics.elements.layout import Layout, pointers
 from muslin.physics.elements.pattern_kernels import (
+    add_blocks,
     assemble_blocks,
     assemble_modes,
     gather_vector,
@@ -54,6 +55,8 @@ class Pattern(Gather):
         Vertices of triangles (k = 3) or tetrahedra (k = 4).
     n : int
         Number of vertices.
+    widened : (h, l) int32, optional
+        More cells whose corners are to be neighbours; nothing is gathered from them.
 
     Attributes
     ----------
@@ -61,30 +64,44 @@ class Pattern(Gather):
         k.
     layout : Layout
         Every pair of vertices that share a cell.
+    held : (blocks,) bool
+        Whether a block's pair shares one of `cells`.
     indptr, indices : int32 arrays
         Scalar CSR structure of a (3n, 3n) matrix, indices sorted.
     """
 
-    def __init__(self, cells: np.ndarray, n: int):
+    def __init__(self, cells: np.ndarray, n: int, widened: np.ndarray | None = None):
         super().__init__(cells, n)
-        m, k = cells.shape
-        self.corners = k
-        # block (i, j) gathers rows k k e + k corner_i + corner_j
-        i = np.repeat(cells, k, axis=1).ravel().astype(np.int64)
-        j = np.tile(cells, k).reshape(m, k * k).ravel().astype(np.int64)
-        self._keys, inverse = np.unique(i * n + j, return_inverse=True)
-        self.block_rows = np.argsort(inverse, kind="stable").astype(np.int32)
-        self.block_ptr = pointers(inverse, len(self._keys))
-        self.layout = Layout.csr(*np.divmod(self._keys, n), n)
+        self.corners = cells.shape[1]
+        own = _pairs(cells, n)
+        self._keys = np.unique(own if widened is None else np.concatenate([own, _pairs(widened, n)]))
+        self.block_rows, self.block_ptr = self.gathering(cells)
+        self.held = np.diff(self.block_ptr) > 0
+        self.layout = Layout.csr(self._keys // n, self._keys % n, n)
         self.nnz = self.layout.size
         self.indptr, self.indices = self.layout.scalar(n)
         diagonal = self.layout.row == self.layout.col
         #: position in `data` of entry (3 i + a, 3 i + a), shape (n, 3)
         self.diagonal = _diagonal(self.layout, diagonal)
 
+    def gathering(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Which rows each block gathers from cells (m, k) within the pattern: their numbers, and where each begins.
+
+        Block (i, j) gathers rows k k e + k corner_i + corner_j.
+        """
+        block = np.searchsorted(self._keys, _pairs(cells, self.n))
+        return np.argsort(block, kind="stable").astype(np.int32), pointers(block, len(self._keys))
+
     def blocks(self, factor: np.ndarray) -> np.ndarray:
         """Sum numbers (k k m,), one per pair of a cell's corners, into one for each block."""
-        return np.add.reduceat(factor[self.block_rows], self.block_ptr[:-1])
+        sums = np.zeros(len(self.held), dtype=factor.dtype)
+        sums[self.held] = np.add.reduceat(factor[self.block_rows], self.block_ptr[:-1][self.held])
+        return sums
+
+    def neighbours(self, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Vertices that have mass in common: where each one's begin, which they are, and how much it is."""
+        row, col = self.layout.row[self.held], self.layout.col[self.held]
+        return pointers(row, self.n), col.astype(np.int32), np.ascontiguousarray(mass[self.held])
 
     def find(self, row: np.ndarray, col: np.ndarray) -> np.ndarray:
         """Number of the block of each pair of vertices."""
@@ -95,6 +112,13 @@ class Pattern(Gather):
         matrix = sp.csr_matrix((data, self.indices, self.indptr), shape=(3 * self.n, 3 * self.n), copy=False)
         matrix.has_sorted_indices = True
         return matrix
+
+
+def _pairs(cells: np.ndarray, n: int) -> np.ndarray:
+    """Every pair (i, j) of each cell's corners as one number, i n + j."""
+    k = cells.shape[1]
+    i = np.repeat(cells, k, axis=1).ravel().astype(np.int64)
+    return i * n + np.tile(cells, k).ravel().astype(np.int64)
 
 
 class Assembly:
@@ -111,6 +135,10 @@ class Assembly:
         Element Hessians, as modes (of triangles) or as blocks; read again in every call.
     data : (layout.size,) array, optional
         Where to write.
+    constant : (blocks of the pattern,) array, optional
+        Factor of the identity in each block, which belongs to the Hessian [N/m].
+    more : (cells, rows), optional
+        Other cells (l, c) within the pattern, and their Hessians (c c l, 3, 3).
     """
 
     def __init__(
@@ -120,26 +148,37 @@ class Assembly:
         mass: np.ndarray,
         rows: np.ndarray,
         data: np.ndarray | None = None,
+        constant: np.ndarray | None = None,
+        more: tuple[np.ndarray, np.ndarray] | None = None,
     ):
         k = pattern.find(layout.row, layout.col)
-        count = np.diff(pattern.block_ptr)[k]
-        ptr = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
-        position = np.arange(ptr[-1]) + np.repeat(pattern.block_ptr[k] - ptr[:-1], count)
         self.data = np.empty(layout.size) if data is None else data
         self._layout, self._vertices = layout, pattern.n
         self._own = np.flatnonzero(layout.row == layout.col)
-        self._scale = np.ones(1)
+        self._scale = np.zeros(1)
+        self._mass = np.ascontiguousarray(mass[k])
+        self._varying = None if constant is None else (self._mass.copy(), constant[k])
         kernel = assemble_modes if rows.ndim == 2 else assemble_blocks
-        where = (layout.start, layout.stride, np.ascontiguousarray(mass[k]))
-        contributions = (ptr, np.ascontiguousarray(pattern.block_rows[position]))
+        contributions = _chosen(pattern.block_rows, pattern.block_ptr, k)
+        serial = is_small(len(layout.start), 50)
+        out = (self._scale, self.data)
         self._launch = Launch(
-            kernel(is_small(len(layout.start), 50)), rows, *contributions, *where, self._scale, self.data
+            kernel(serial), rows, *contributions, layout.start, layout.stride, self._mass, *out
         )
+        self._more = None
+        if more is not None:
+            others = _chosen(*pattern.gathering(more[0]), k)
+            self._more = Launch(add_blocks(serial), more[1], *others, layout.start, layout.stride, *out)
 
     def __call__(self, scale: float) -> np.ndarray:
         """Write the data array, and return it: the next call writes over it."""
+        if self._varying and scale != self._scale[0]:
+            mass, constant = self._varying
+            self._mass[:] = mass + scale * constant
         self._scale[0] = scale
         self._launch()
+        if self._more:
+            self._more()
         return self.data
 
     def add_to_diagonal(self, vertices: np.ndarray, blocks: np.ndarray) -> None:
@@ -151,6 +190,14 @@ class Assembly:
         added = blocks[number[layout.row[own]]]
         for a, b in itertools.product(range(3), repeat=2):
             self.data[layout.start[own] + a * layout.stride[own] + b] += added[:, a, b]
+
+
+def _chosen(rows: np.ndarray, ptr: np.ndarray, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Of what all blocks gather, what these do: where each begins, and the numbers of the rows."""
+    count = np.diff(ptr)[blocks]
+    begin = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
+    position = np.arange(begin[-1]) + np.repeat(ptr[blocks] - begin[:-1], count)
+    return begin, np.ascontiguousarray(rows[position])
 
 
 def _diagonal(layout: Layout, blocks: np.ndarray) -> np.ndarray:
@@ -172,8 +219,7 @@ class KineticEnergy:
     def __init__(self, pattern: Pattern, mass: np.ndarray):
         n = pattern.n
         self._v, self._out = np.zeros((n, 3)), np.zeros(n)
-        neighbours = (pointers(pattern.layout.row, n), pattern.layout.col.astype(np.int32), mass)
-        self._launch = Launch(kinetic_energy(is_small(n, 12)), *neighbours, self._v, self._out)
+        self._launch = Launch(kinetic_energy(is_small(n, 12)), *pattern.neighbours(mass), self._v, self._out)
 
     def __call__(self, v: np.ndarray) -> np.ndarray:
         """(n,) [J] for velocities (n, 3)."""
@@ -198,7 +244,7 @@ class Impulse:
         n = pattern.n
         self.v, self.force, self.out = np.zeros((n, 3)), np.zeros((n, 3)), np.zeros((n, 3))
         self._dt = np.zeros(1)
-        neighbours = (pointers(pattern.layout.row, n), pattern.layout.col.astype(np.int32), mass)
+        neighbours = pattern.neighbours(mass)
         gather = (rows, pattern.vertex_ptr, pattern.vertex_rows)
         self._launch = Launch(
             impulse(is_small(n, 20)), *gather, *neighbours, self.v, self.force, self._dt, self.out

@@ -75,6 +75,31 @@ def assemble_blocks(serial: bool):
 
 
 @functools.cache
+def add_blocks(serial: bool):
+    """Kernel that adds more Hessians kept as blocks to what has been assembled."""
+
+    @ti.kernel
+    def kernel(
+        blocks: mat3s,
+        ptr: integers,
+        index: integers,
+        start: integers,
+        stride: integers,
+        scale: scalars,
+        data: scalars,
+    ):
+        ti.loop_config(serialize=serial)
+        for k in range(start.shape[0]):
+            total = ti.Matrix.zero(float, 3, 3)
+            for c in range(ptr[k], ptr[k + 1]):
+                total += blocks[index[c]]
+            for a, b in ti.static(ti.ndrange(3, 3)):
+                data[start[k] + a * stride[k] + b] += scale[0] * total[a, b]
+
+    return kernel
+
+
+@functools.cache
 def kinetic_energy(serial: bool):
     """Kernel of 1/2 v_i^T (M v)_i."""
 

@@ -14,6 +14,7 @@ from muslin import mesh as meshes
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
 from muslin.mesh import Mesh, TetMesh
+from muslin.physics.bending import require_model
 from muslin.physics.body import Body
 from muslin.physics.colliders import CONTACT, Collider, Plane, Sphere
 from muslin.physics.material import lame
@@ -21,6 +22,10 @@ from muslin.simulation.model import Spring
 from muslin.simulation.scenes.pins import PINS, SIDES, near_sides
 from muslin.simulation.scenes.values import _number, converted
 from muslin.tasks import Functions
+
+#: Flexural rigidity of a cotton cloth of 0.2 kg/m^2 [N m]: its bending length (Peirce 1930), 2 cm, cubed, times its
+#: weight, 2 N/m^2.
+COTTON = 1.6e-5
 
 EARTH = (0.0, -9.81, 0.0)
 Vec = tuple[float, float, float]
@@ -92,6 +97,8 @@ class Scene:
     integrator: str = "linearly-implicit"
     solver: str = "auto"
     contact: str = "filter"  # filter the solved velocity, or "solve" with the contacts in the system
+    bending: str = "off"  # a model in `muslin.physics.bending.MODELS`
+    bending_stiffness: float = COTTON  # flexural rigidity [N m]
     stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
     project: bool = True
     tolerance: float = 1e-8  # of Newton's method, in backward Euler
@@ -138,7 +145,8 @@ class Scene:
         mu, lam = self.lame
         return Cloth(
             mesh, mu=mu, lam=lam, rho=self.rho, h=self.h, functions=functions, energy=energy,
-            hessian=hessian, stand_ins=stand_ins,
+            hessian=hessian, stand_ins=stand_ins, bending=self.bending, bending_stiffness=self.bending_stiffness,
+            exact_bending=self.integrator.replace("_", "-") != "linearly-implicit",
         )  # fmt: skip
 
     def skin(self, mesh: Any) -> Mesh | None:
@@ -283,6 +291,7 @@ def override(scene: Scene, **values: Any) -> Scene:
             raise MuslinError(f"{name} = {getattr(changed, name)} must be {wanted}.")
     if changed.scale != "fit" and not converted("scale", changed.scale, "float") > 0:
         raise MuslinError(f"scale = {changed.scale} must be positive.", "Write a factor, or fit.")
+    require_model(changed.bending, changed.bending_stiffness)
     if changed.camera not in ("fit", "follow"):
         raise MuslinError(f"camera = {changed.camera!r} is not understood.", "Write fit or follow.")
     if changed.contact not in CONTACT:

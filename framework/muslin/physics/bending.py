@@ -1,0 +1,164 @@
+"""Bending: what a sheet's hinges are, and how much each of them counts.
+
+A hinge is an inner edge with its two triangles. Two models say what its energy is (see `elements.bending`); both are
+sums over hinges of k/2 w |e|^2 theta^2 for small angles theta, k being the sheet's flexural rigidity [N m]. What is
+found here is w: such that a sheet bent to a cylinder of radius r stores k/2 A / r^2, in whatever direction it is bent.
+
+The jump of a bent sheet's slope across an edge says one number about its curvature, a symmetric 2x2 matrix; hinges in
+three directions say all three. For curvature dd^T (a cylinder around an axis across d = (cos phi, sin phi)) a hinge's
+|e| theta is alpha + Re(Z exp(-2 i phi)), and what it stores is a sum of the harmonics 0, 2 and 4 of phi. Around each
+inner vertex the second and the fourth should vanish and the first be the vertex's share of the area. Where all
+triangles are equilateral w = 1/(A_0 + A_1) does that; elsewhere w is the nearest to it that does it best.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.sparse as sp
+import scipy.sparse.linalg as sla
+
+from muslin.base.errors import MuslinError, choices
+
+#: What a sheet may do against being bent: nothing; the model of Bergou et al. 2006; that of Grinspun et al. 2003.
+MODELS = ("off", "quadratic", "shells")
+
+#: How much it counts that a weight stays near 1/(A_0 + A_1), beside what the harmonics want; and how far it may go.
+NEARNESS, LEAST = 0.05, 0.05
+
+
+@dataclass(frozen=True)
+class Hinges:
+    """Inner edges with their two triangles, undeformed.
+
+    Attributes
+    ----------
+    cells : (h, 4) int32
+        The two ends of each edge, and the vertices across it in its two triangles.
+    length : (h,)
+        Of the edges [m].
+    area : (h,)
+        Of both triangles [m^2].
+    angle : (h,)
+        Between the two normals, as `elements.bending_kernels.angle` has it.
+    cotangents : (h, 4)
+        What the corners' positions count in |e| (m_0 + m_1), m being the unit vectors across the edge into each
+        triangle: zero for a flat sheet, 2 |e| sin(theta/2) long for a bent one.
+    weight : (h,)
+        w [1/m^2]; see above.
+    """
+
+    cells: np.ndarray
+    length: np.ndarray
+    area: np.ndarray
+    angle: np.ndarray
+    cotangents: np.ndarray
+    weight: np.ndarray
+
+    @classmethod
+    def of(cls, X: np.ndarray, triangles: np.ndarray) -> Hinges:
+        """Hinges of an undeformed mesh: X (n, 3) [m], triangles (m, 3)."""
+        cells = inner_edges(triangles)
+        x0, x1, x2, x3 = (X[cells[:, k]] for k in range(4))
+        length = np.linalg.norm(x1 - x0, axis=1)
+        t = (x1 - x0) / length[:, None]
+        along, across, normals = [], [], []
+        for opposite, sign in ((x2, 1.0), (x3, -1.0)):
+            to = opposite - x0
+            along.append(np.einsum("ij,ij->i", to, t))
+            n = sign * np.cross(t, to)
+            across.append(np.linalg.norm(n, axis=1))
+            normals.append(n / across[-1][:, None])
+        sine = np.einsum("ij,ij->i", np.cross(normals[0], normals[1]), t)
+        angle = np.arctan2(sine, np.einsum("ij,ij->i", *normals))
+        (a0, a1), (h0, h1) = along, across
+        cotangents = np.stack(
+            [(length - a0) / h0 + (length - a1) / h1, a0 / h0 + a1 / h1, -length / h0, -length / h1], axis=1
+        )
+        zero = np.zeros_like(length)
+        flat = np.stack([zero, length, a0, a1], axis=1), np.stack([zero, zero, h0, -h1], axis=1)
+        area = length * (h0 + h1) / 2
+        weight = _weights(X, triangles, cells, area, _slopes(cotangents, *flat))
+        return cls(cells, length, area, angle, cotangents, weight)
+
+
+def inner_edges(triangles: np.ndarray) -> np.ndarray:
+    """Edges of two triangles, (h, 4) int32: its two ends, and the vertices across it in its first and second triangle.
+
+    The first triangle has the edge's direction. Edges of one triangle, or of more than two, are no hinges.
+    """
+    start, end, across = (np.roll(triangles, -k, axis=1).T.ravel().astype(np.int64) for k in range(3))
+    keys = np.minimum(start, end) * (int(triangles.max(initial=0)) + 1) + np.maximum(start, end)
+    order = np.argsort(keys, kind="stable")
+    _, first, count = np.unique(keys[order], return_index=True, return_counts=True)
+    one, two = order[first[count == 2]], order[first[count == 2] + 1]
+    return np.stack([start[one], end[one], across[one], across[two]], axis=1).astype(np.int32)
+
+
+def _slopes(cotangents: np.ndarray, px: np.ndarray, py: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """(alpha, Z) of each hinge, laid flat with its corners at (px, py) and its edge along x."""
+    xx, yy = ((cotangents * p**2).sum(axis=1) / 2 for p in (px, py))
+    xy = (cotangents * px * py).sum(axis=1)
+    return (xx + yy) / 2, (xx - yy + 1j * xy) / 2
+
+
+def _weights(
+    X: np.ndarray,
+    triangles: np.ndarray,
+    cells: np.ndarray,
+    area: np.ndarray,
+    slopes: tuple[np.ndarray, np.ndarray],
+) -> np.ndarray:
+    """What each hinge counts, by least squares (see the top of this file)."""
+    if not len(cells):
+        return np.zeros(0)
+    alpha, Z = slopes
+    mean = alpha**2 + np.abs(Z) ** 2 / 2
+    weight = (area / 3).sum() / (mean / area).sum() / area
+    n, h = len(X), len(cells)
+    doubled = np.cross(X[triangles[:, 1]] - X[triangles[:, 0]], X[triangles[:, 2]] - X[triangles[:, 0]])
+    share, normal = np.zeros(n), np.zeros((n, 3))
+    np.add.at(share, triangles.ravel(), np.repeat(np.linalg.norm(doubled, axis=1) / 6, 3))
+    np.add.at(normal, triangles.ravel(), np.repeat(doubled, 3, axis=0))
+    inner = np.bincount(cells[:, :2].ravel(), minlength=n) == np.bincount(triangles.ravel(), minlength=n)
+    length = np.linalg.norm(normal, axis=1)
+    inner &= length > 1e-12 * share
+    normal /= np.maximum(length, 1e-300)[:, None]
+    east = np.where(np.abs(normal[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
+    east = east - np.einsum("ij,ij->i", east, normal)[:, None] * normal
+    north = np.cross(normal, east := east / np.linalg.norm(east, axis=1)[:, None])
+    edge, rows, columns, entries = X[cells[:, 1]] - X[cells[:, 0]], [], [], []
+    for end in (0, 1):
+        v, column = cells[:, end], np.arange(h)
+        turned = np.arctan2(np.einsum("ij,ij->i", edge, north[v]), np.einsum("ij,ij->i", edge, east[v]))
+        there = Z * np.exp(2j * turned)
+        second, fourth = 2 * alpha * there, there**2 / 2
+        kept = inner[v]
+        for number, part in enumerate((mean, second.real, second.imag, fourth.real, fourth.imag)):
+            rows.append((5 * v + number)[kept])
+            columns.append(column[kept])
+            entries.append((weight * part / 2 / share[v])[kept])
+    wanted = np.zeros(5 * n)
+    wanted[::5] = inner
+    where = (np.concatenate(rows), np.concatenate(columns))
+    system = sp.csr_matrix((np.concatenate(entries), where), shape=(5 * n, h))
+    change = sla.lsmr(system, wanted - system @ np.ones(h), damp=NEARNESS, atol=1e-8, btol=1e-8, maxiter=200)[
+        0
+    ]
+    return np.asarray(weight * np.maximum(1 + change, LEAST))
+
+
+def require_model(name: str, stiffness: float) -> None:
+    """Refuse what is no model of bending, or no stiffness.
+
+    Raises
+    ------
+    MuslinError
+    """
+    if name not in MODELS:
+        raise MuslinError(f"bending = {name!r} is not understood.", choices(name, MODELS))
+    if not (np.isfinite(stiffness) and stiffness >= 0):
+        raise MuslinError(
+            f"bending_stiffness = {stiffness} must not be negative.", "In N m: cotton has about 1e-5."
+        )

@@ -1,0 +1,135 @@
+"""Elements of hinges: the two models of bending, and what a body needs of either.
+
+With k the flexural rigidity [N m] and w, c, |e|, theta those of `muslin.physics.bending.Hinges`:
+
+- `QuadraticHinges` (Bergou et al. 2006): k/2 w |sum_i c_i x_i|^2. It is quadratic, so its Hessian is constant. It takes
+  every sheet for flat at rest, and lengths for constant, which they nearly are.
+- `ShellHinges` (Grinspun et al. 2003): k/2 w |e|^2 (theta - theta_0)^2, with the angles theta_0 of the undeformed mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+import scipy.sparse as sp
+
+from muslin.base.launch import Launch, is_small
+from muslin.physics.bending import Hinges
+from muslin.physics.elements.bending_kernels import quadratic, shells
+from muslin.physics.elements.element import Element
+from muslin.physics.elements.pattern import Gather, Pattern
+
+
+class QuadraticHinges(Element):
+    """The quadratic model.  `factors` (16 h,) are its Hessian: of the identity, for each pair of a hinge's corners."""
+
+    def __init__(self, X: np.ndarray, hinges: Hinges, stiffness: float):
+        super().__init__(X, hinges.cells, (0, 3, 3))
+        c, weight = np.ascontiguousarray(hinges.cotangents), stiffness * hinges.weight
+        self.factors: np.ndarray | None = (weight[:, None, None] * c[:, :, None] * c[:, None, :]).ravel()
+        out = (self.energies, self.gradients)
+        self._launch = Launch(quadratic(is_small(len(c), 40)), self.x, self.cells, c, weight, *out)
+
+    def _run(self, parts: int, project: bool) -> None:
+        if parts & 3:
+            self._launch()
+            self._done |= 3
+
+
+class ShellHinges(Element):
+    """Discrete shells, with rest angles."""
+
+    factors: np.ndarray | None = None
+
+    def __init__(self, X: np.ndarray, hinges: Hinges, stiffness: float):
+        h = len(hinges.cells)
+        super().__init__(X, hinges.cells, (16 * h, 3, 3))
+        self._orders = np.zeros(2, dtype=np.int32)
+        at_rest = (np.ascontiguousarray(hinges.angle), stiffness * hinges.weight * hinges.length**2)
+        out = (self.energies, self.gradients, self.hessians)
+        self._launch = Launch(shells(is_small(h, 400)), self._orders, self.x, self.cells, *at_rest, *out)
+
+    def _run(self, parts: int, project: bool) -> None:
+        self._orders[:] = parts, project
+        self._launch()
+
+
+#: Elements by the name of their model.
+ELEMENTS: Mapping[str, type[QuadraticHinges] | type[ShellHinges]] = {
+    "quadratic": QuadraticHinges,
+    "shells": ShellHinges,
+}
+
+
+class Bending:
+    """What hinges add to a body.
+
+    Parameters
+    ----------
+    X : (n, 3)
+        Undeformed positions [m].
+    hinges : Hinges
+    model : str
+        A name in `ELEMENTS`.
+    stiffness : float
+        Flexural rigidity [N m].
+    exact : bool
+        Whether the matrix of a step is to be exact. The two vertices across an edge act on each other, but are no
+        neighbours in the mesh: factors of a matrix that says so cost three times as much. Without, the quadratic model
+        keeps to the mesh's pattern: what lies outside it, K_23 (v_3 - v_2), is taken at the velocities before the step
+        and K_23 (v_2 - v_3) in the step itself is added, so that only its change is missing. Forces stay exact, and
+        so do momentum, what rests, and what moves without accelerating.
+
+    Attributes
+    ----------
+    widened : (h, 4) int32 or None
+        Cells whose corners must be neighbours in the body's pattern.
+    """
+
+    def __init__(self, X: np.ndarray, hinges: Hinges, model: str, stiffness: float, exact: bool = True):
+        self.element: QuadraticHinges | ShellHinges = ELEMENTS[model](X, hinges, stiffness)
+        self._gather = Gather(hinges.cells, len(X))
+        self.widened = hinges.cells if exact or self.element.factors is None else None
+        self._outside: sp.csr_matrix | None = None
+        if self.widened is None:
+            assert self.element.factors is not None
+            n, (two, three) = len(X), hinges.cells[:, 2:].T
+            pull = self.element.factors.reshape(-1, 4, 4)[:, 2, 3]
+            rows, columns = np.concatenate([two, three, two, three]), np.concatenate([two, three, three, two])
+            entries = np.concatenate([pull, pull, -pull, -pull])
+            self._outside = sp.csr_matrix((entries, (rows, columns)), shape=(n, n))
+
+    def energy(self) -> float:
+        """[J], at the positions taken."""
+        self.element.compute("energy")
+        return float(self.element.energies.sum())
+
+    def gradient(self) -> np.ndarray:
+        """(n, 3) [N], at the positions taken."""
+        self.element.compute("gradient")
+        return self._gather.vector(self.element.gradients)
+
+    def factors(self, pattern: Pattern) -> np.ndarray | None:
+        """Factor of the identity in each block of a pattern [N/m], where the Hessian is constant; else None."""
+        if self.element.factors is None:
+            return None
+        cells, entries = self.element.cells, self.element.factors.reshape(-1, 4, 4)
+        if self._outside is not None:
+            entries = entries.copy()
+            pull = entries[:, 2, 3].copy()
+            for a, b in ((2, 2), (3, 3)):
+                entries[:, a, b] += pull
+            entries[:, 2, 3] = entries[:, 3, 2] = 0.0
+        i, j = np.repeat(cells, 4, axis=1).ravel(), np.tile(cells, 4).ravel()
+        there = entries.ravel() != 0
+        where = pattern.find(i[there], j[there])
+        return np.bincount(where, entries.ravel()[there], minlength=len(pattern.layout.row))
+
+    def beyond(self, v: np.ndarray) -> np.ndarray | None:
+        """What is too much in the pattern's matrix, times v: (n, 3), or None if nothing is."""
+        return None if self._outside is None else self._outside @ v
+
+    def excess(self) -> sp.csr_matrix | None:
+        """What is too much in the pattern's matrix, (3n, 3n) [N/m], or None if nothing is."""
+        return None if self._outside is None else sp.kron(self._outside, sp.identity(3), format="csr")
