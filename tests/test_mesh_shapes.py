@@ -72,7 +72,7 @@ def test_a_level_mesh_faces_up(make):
     np.testing.assert_allclose(normal, np.broadcast_to([0, 1, 0], normal.shape), atol=1e-15)
 
 
-@pytest.mark.parametrize("diagonals", ["uniform", "alternating"])
+@pytest.mark.parametrize("diagonals", ["uniform", "alternating", "zigzag"])
 def test_a_grid_has_equal_right_triangles_that_fill_its_rectangle(diagonals):
     mesh = grid(9, 5, 2.0, 3.0, diagonals=diagonals)
     area, _ = area_and_normal(mesh.vertices, mesh.triangles)
@@ -93,6 +93,7 @@ def test_the_diagonals_of_a_grid_are_parallel_or_alternate():
 
     assert (slopes(grid(7, 5)) == -1).all()
     assert slopes(grid(7, 5, diagonals="alternating")).sum() == 0
+    assert sorted(slopes(grid(7, 5, diagonals="zigzag"))) == [-1] * 12 + [1] * 12
 
 
 def test_an_unstructured_rectangle_fills_it_with_its_rim_exactly_on_the_sides():

@@ -126,6 +126,7 @@ def test_a_step_is_the_linear_system_of_the_lecture(solution):
         drag_to=(0.1, 0.5, 0),
         drag_stiffness=50.0,
         stretch=(1.1, 1, 1.05),
+        bending="off",
     )
     model, state = simulation.build(scene, solution)
     rng = np.random.default_rng(3)

@@ -21,6 +21,10 @@ _ROUNDS = (4, 8, 18)  # rounds of relaxation, until the angles are good; then an
 _ATTEMPTS = 8
 
 
+#: Which way the diagonals of a grid run.
+DIAGONALS = ("uniform", "alternating", "zigzag")
+
+
 def grid(
     nx: int,
     ny: int,
@@ -40,8 +44,10 @@ def grid(
         [m]
     plane : {"xy", "xz"}
         "xy": upright, height along y, normals along +z. "xz": level, height along -z, normals along +y (up).
-    diagonals : {"uniform", "alternating"}
-        All diagonals falling to the right, or every second one rising.
+    diagonals : {"uniform", "alternating", "zigzag"}
+        All diagonals falling to the right; every second one rising; or those of every second row. Uniform ones make a
+        sheet stiffer along one diagonal than along the other. Of the others, alternating ones stretch most easily where
+        a grid is coarse, and zigzag ones bend alike in every direction (see `muslin.physics.bending`).
     name : str
 
     Returns
@@ -60,14 +66,14 @@ def grid(
                 f"grid: {what} is {value!r}.", "It should be a whole number of vertices, at least 2."
             )
     positive("grid", width=width, height=height)
-    _choice("grid", "diagonals", diagonals, ("uniform", "alternating"))
+    _choice("grid", "diagonals", diagonals, DIAGONALS)
     u, v = np.meshgrid(_centred(width, nx), _centred(height, ny))
     i, j = np.meshgrid(np.arange(nx - 1), np.arange(ny - 1))
     a = (i + nx * j).ravel()  # corners a b c d of a cell, counterclockwise from below left
     b, c, d = a + 1, a + nx + 1, a + nx
     falling = np.stack([a, b, d, b, c, d], axis=1)
     rising = np.stack([a, b, c, a, c, d], axis=1)
-    odd = ((i + j) % 2 == 1).ravel() if diagonals == "alternating" else np.zeros(len(a), dtype=bool)
+    odd = {"uniform": 0 * i, "alternating": i + j, "zigzag": j}[diagonals].ravel() % 2 == 1
     triangles = np.where(odd[:, None], rising, falling).reshape(-1, 3)
     return frozen(_embed(u.ravel(), v.ravel(), plane), triangles, name)
 

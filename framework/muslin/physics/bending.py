@@ -16,16 +16,15 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-import scipy.sparse as sp
-import scipy.sparse.linalg as sla
 
 from muslin.base.errors import MuslinError, choices
 
 #: What a sheet may do against being bent: nothing; the model of Bergou et al. 2006; that of Grinspun et al. 2003.
 MODELS = ("off", "quadratic", "shells")
 
-#: How much it counts that a weight stays near 1/(A_0 + A_1), beside what the harmonics want; and how far it may go.
-NEARNESS, LEAST = 0.05, 0.05
+#: How much more the zeroth harmonic counts than the others; how much it counts that a weight stays near 1/(A_0 + A_1);
+#: and the least part of that which it may become.
+AVERAGE, NEARNESS, LEAST = 5.0, 0.01, 0.05
 
 
 @dataclass(frozen=True)
@@ -111,6 +110,9 @@ def _weights(
     slopes: tuple[np.ndarray, np.ndarray],
 ) -> np.ndarray:
     """What each hinge counts, by least squares (see the top of this file)."""
+    import scipy.sparse as sp
+    import scipy.sparse.linalg as sla
+
     if not len(cells):
         return np.zeros(0)
     alpha, Z = slopes
@@ -138,15 +140,15 @@ def _weights(
         for number, part in enumerate((mean, second.real, second.imag, fourth.real, fourth.imag)):
             rows.append((5 * v + number)[kept])
             columns.append(column[kept])
-            entries.append((weight * part / 2 / share[v])[kept])
+            entries.append(((AVERAGE if number == 0 else 1) * weight * part / 2 / share[v])[kept])
     wanted = np.zeros(5 * n)
-    wanted[::5] = inner
+    wanted[::5] = AVERAGE * inner
     where = (np.concatenate(rows), np.concatenate(columns))
     system = sp.csr_matrix((np.concatenate(entries), where), shape=(5 * n, h))
-    change = sla.lsmr(system, wanted - system @ np.ones(h), damp=NEARNESS, atol=1e-8, btol=1e-8, maxiter=200)[
-        0
-    ]
-    return np.asarray(weight * np.maximum(1 + change, LEAST))
+    off = wanted - system @ np.ones(h)
+    change = sla.lsmr(system, off, damp=NEARNESS, atol=1e-6, btol=1e-6, maxiter=120)[0]
+    fitted, kept = weight * (1 + change), weight * np.maximum(1 + change, LEAST)
+    return np.asarray(kept * (fitted @ mean) / (kept @ mean))
 
 
 def require_model(name: str, stiffness: float) -> None:

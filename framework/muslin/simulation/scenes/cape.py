@@ -128,6 +128,7 @@ SCENE = Cape(
     mu=2e3,
     lam=2e3,
     rho=0.2,
+    bending="quadratic",
     steps=960,
     wind=(0.6, 0.0, -0.5),
     drag=1.2,

@@ -81,6 +81,7 @@ class Scene:
     mesh: str = "grid"  # "grid", a mesh Muslin ships, or a file
     scale: str = "1"  # of the mesh: a factor on its coordinates, or "fit" for the size the scene is made for
     resolution: int = 64  # vertices along each side of a grid
+    diagonals: str = "uniform"  # of a grid: uniform, alternating or zigzag
     pinned: str = "none"  # none, highest-row, corners, collar, or vertex numbers
     E: float | None = None  # Young's modulus [Pa] and Poisson's ratio, or the Lamé parameters
     nu: float | None = None
@@ -176,7 +177,7 @@ class Scene:
         """The undeformed cloth."""
         if self.mesh == "grid":
             n = self.resolution
-            return self.scaled(meshes.grid(n, n, name=f"grid {n}x{n}"))
+            return self.scaled(meshes.grid(n, n, diagonals=self.diagonals, name=f"grid {n}x{n}"))
         shipped = paths.meshes() / f"{self.mesh}.obj"
         file = shipped if shipped.is_file() and not Path(self.mesh).exists() else self.mesh
         return self.scaled(meshes.load(file))
