@@ -8,10 +8,12 @@ import zipfile
 import pytest
 from class_mess import STUBS, zipped
 
-from muslin import tasks
+import muslin
+from muslin import cli, tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.grading import choosing
+from muslin.classes import run
+from muslin.grading import choosing, submission
 from muslin.grading.submission import Unreadable, collect, gradable
 
 TABLE = tasks.assignment("cloth")
@@ -120,3 +122,61 @@ def test_what_cannot_be_graded_has_no_score_but_a_reason(tmp_path):
         gradable(tmp_path / "work.rar", TABLE)
     with pytest.raises(MuslinError, match="There is no submission"):
         gradable(tmp_path / "nothing.zip", TABLE)
+
+
+def answering(home, name, file="kinetic_energy.py"):
+    """A folder whose own manifest names an assignment, with a file of solids as it was given."""
+    home.mkdir(parents=True)
+    shutil.copy(paths.assignment("solids") / file, home)
+    if name is not None:
+        (home / "assignment.toml").write_text(
+            f'schema = 1\nname = "{name}"  # mine\n[task.phi]\nname = "cloth"\n'
+        )
+    return home
+
+
+@pytest.mark.parametrize("name", ["soldis", "my solids", "\x1b[31mred", "n" * 500])
+def test_an_assignment_nobody_has_is_graded_as_no_other(tmp_path, name, monkeypatch, capfd):
+    work = answering(tmp_path / "work", name)
+    with pytest.raises(
+        MuslinError, match=r"work names the assignment '.*', and there is none of that name"
+    ) as told:
+        muslin.grade(work)
+    assert "There is: cloth, " in str(told.value)
+    assert ("Did you mean solids?" in str(told.value)) == ("sol" in name)
+    assert "\x1b" not in str(told.value)
+    assert len(str(told.value)) < 300
+    shutil.make_archive(str(work), "zip", work)
+    for words in (
+        ["grade", str(work)],
+        ["grade", str(tmp_path / "work.zip")],
+        ["check", "--functions", str(work)],
+    ):
+        monkeypatch.setattr("sys.argv", ["muslin", *words])
+        with pytest.raises(SystemExit) as ended:
+            cli.main()
+        assert ended.value.code not in (0, None)
+        assert "there is none of that name here" in " ".join(capfd.readouterr().err.split())
+
+
+@pytest.mark.parametrize(("name", "meant"), [("solids", "solids"), ("cloth", "cloth"), (None, None)])
+def test_a_submission_says_which_assignment_it_answers(tmp_path, name, meant):
+    assert submission.named(answering(tmp_path / "work", name)) == meant
+
+
+def test_in_a_class_what_answers_another_assignment_has_no_score_but_a_reason(tmp_path):
+    for student, name in {
+        "ada": "solids",
+        "bob": "soldis",
+        "cyd": "cloth",
+        "dan": "solids",
+        "eve": None,
+    }.items():
+        answering(tmp_path / "class" / student, name)
+    graded = run.grade_class(tmp_path / "class", tmp_path / "report")
+    told = {row.submission.name: row for row in graded.rows}
+    assert {name for name, row in told.items() if row.record is None} == {"bob", "cyd"}
+    assert "'soldis'" in told["bob"].error
+    assert "Did you mean solids?" in told["bob"].error
+    assert "says that it answers cloth, and this class is graded as solids" in told["cyd"].error
+    assert {row.record.assignment["name"] for row in told.values() if row.record} == {"solids"}

@@ -146,3 +146,44 @@ def test_what_there_is_to_say_of_a_mesh_is_said_once_on_the_error_stream(
     assert said.count("note:") == 2
     assert "3 vertices in no triangle left out; the first is vertex 1 (line 1)" in said
     assert "100 m across" in said
+
+
+@pytest.mark.parametrize(
+    ("scene", "name", "is_", "needs", "formats"),
+    [
+        (
+            "jelly",
+            "cape.obj",
+            "is a surface (OBJ)",
+            "a solid needs tetrahedra",
+            (".mesh", ".ele", "Gmsh", "run drape"),
+        ),
+        ("beam", "cape.stl", "is a surface (STL)", "a solid needs tetrahedra", (".mesh", ".vtu", "TetGen")),
+        (
+            "drape",
+            "bear.mesh",
+            "is a solid (a Medit mesh",
+            "cloth is a surface",
+            (".obj", ".ply", "run jelly"),
+        ),
+        (
+            "course",
+            "bear.ele",
+            "is a solid (TetGen's tetrahedra)",
+            "cloth is a surface",
+            (".obj", "run jelly"),
+        ),
+    ],
+)
+def test_a_mesh_of_the_other_kind_is_told_from_an_unknown_format(written, scene, name, is_, needs, formats):
+    mesh = written(name, FLAG)
+    with pytest.raises(MuslinError) as caught:
+        muslin.simulate(scene, steps=1, mesh=mesh)
+    for word in (name, is_, needs, *formats):
+        assert word in str(caught.value)
+    assert "unknown" not in str(caught.value)
+
+
+def test_a_list_of_other_files_is_no_mesh_of_the_other_kind(written):
+    with pytest.raises(MuslinError, match="a list of other files"):
+        muslin.simulate("jelly", steps=1, mesh=written("run.pvd", "<VTKFile/>"))

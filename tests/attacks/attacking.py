@@ -47,19 +47,21 @@ FILES = tasks.assignment("cloth").files
 TARGET, SPOILED, BYSTANDER = "collision.py", ("sphere_contact", "filter_velocity"), "kinetic_energy.py"
 
 
-def honest(file: str = TARGET) -> str:
+def honest(file: str = TARGET, assignment: str = "cloth") -> str:
     """The solution's text of a file."""
-    return (SOLUTION / file).read_text(encoding="utf-8")
+    return (paths.solution(assignment) / file).read_text(encoding="utf-8")
 
 
-def public_sizes() -> list[int]:
+def public_sizes(assignment: str = "cloth") -> list[int]:
     """How many public cases tasks have; another number of samples is a later stage."""
-    return sorted({len(reference.cases("cloth", name)[1][0]) for name in TASKS})
+    return sorted(
+        {len(reference.cases(assignment, name)[1][0]) for name in tasks.assignment(assignment).tasks}
+    )
 
 
-def first_hidden(task: str) -> float:
+def first_hidden(task: str, assignment: str = "cloth") -> float:
     """The first number of a task's hidden cases, by which an attack knows them."""
-    return float(next(iter(_stage(tasks.assignment("cloth"), task, SEED).inputs.values())).flat[0])
+    return float(next(iter(_stage(tasks.assignment(assignment), task, SEED).inputs.values())).flat[0])
 
 
 Files = Mapping[str, "str | bytes"]
@@ -150,6 +152,7 @@ class Attack:
         deadline: float = 20.0,
         pack: Callable[[Path], Path] | None = None,
         check_leaks: bool = True,
+        assignment: str = "cloth",
     ) -> Record:
         """Grade `files` beside an honest file; all of the rule is asserted.
 
@@ -165,16 +168,21 @@ class Attack:
             As for `muslin.grade`.
         pack : callable, optional
             Makes an archive of the folder.
+        assignment : str
+            Which the files are of.
         """
-        beside = {} if BYSTANDER in files else {BYSTANDER: honest(BYSTANDER)}
+        beside = {} if BYSTANDER in files else {BYSTANDER: honest(BYSTANDER, assignment)}
         if instead_of is None:
-            instead_of = {name: honest(name) for name in files if (SOLUTION / name).is_file()}
+            given = [name for name in files if (paths.solution(assignment) / name).is_file()]
+            instead_of = {name: honest(name, assignment) for name in given}
         folder = write(self._folder / f"attack-{secrets.token_hex(4)}", {**beside, **files})
         before = self._traces()
-        record = self.grade(pack(folder) if pack else folder, level=level, deadline=deadline)
+        record = self.grade(
+            pack(folder) if pack else folder, level=level, deadline=deadline, assignment=assignment
+        )
         after = self._traces()
         assert after == before, f"something is left behind: {before} {after}"
-        expected = self._of_honest({**beside, **instead_of}, level)
+        expected = self._of_honest({**beside, **instead_of}, level, assignment)
         assert record.score <= expected.score
         valid(record)
         unaffected(record, expected, spoils)
@@ -187,12 +195,11 @@ class Attack:
         options.setdefault("level", LEVEL)
         return muslin.grade(submission, seed=SEED, safety=options.pop("level"), **options)
 
-    def _of_honest(self, files: Files, level: str) -> Record:
-        key = (level, *sorted(files.items()), simulating.reference.__name__)
+    def _of_honest(self, files: Files, level: str, assignment: str) -> Record:
+        key = (level, assignment, *sorted(files.items()), simulating.reference.__name__)
         if key not in self._honest:
-            self._honest[key] = self.grade(
-                write(self._folder / f"honest-{secrets.token_hex(4)}", files), level=level
-            )
+            folder = write(self._folder / f"honest-{secrets.token_hex(4)}", files)
+            self._honest[key] = self.grade(folder, level=level, assignment=assignment)
         return self._honest[key]
 
     def _traces(self) -> dict[str, object]:
@@ -279,21 +286,22 @@ def attack(tmp_path, monkeypatch, _honest_records) -> Attack:
 def valid(record: Record) -> None:
     """The record and the results files are what their schemas say, with every task once."""
     jsonschema = pytest.importorskip("jsonschema")
+    table = tasks.assignment(record.assignment["name"]).tasks
     data = json.loads(views.render(record, "json"))
     jsonschema.validate(data, views.schema("record"))
-    assert [task["name"] for task in data["tasks"]] == list(TASKS)
-    assert 0 <= data["score"] <= data["max_score"] == sum(task.points for task in TASKS.values())
-    assert all(0 <= task["score"] <= TASKS[task["name"]].points for task in data["tasks"])
+    assert [task["name"] for task in data["tasks"]] == list(table)
+    assert 0 <= data["score"] <= data["max_score"] == sum(task.points for task in table.values())
+    assert all(0 <= task["score"] <= table[task["name"]].points for task in data["tasks"])
     results = json.loads(views.render(record, "gradescope"))
     jsonschema.validate(results, views.schema("gradescope"))
-    for name, task in TASKS.items():
+    for name, task in table.items():
         named = [test for test in results["tests"] if task.title in test["name"] or name in test["name"]]
         assert named, f"{name} is missing in results.json"
 
 
 def unaffected(record: Record, expected: Record, spoiled: tuple[str, ...]) -> None:
     """Tasks of other files fare as without the attack."""
-    for name in TASKS:
+    for name in tasks.assignment(record.assignment["name"]).tasks:
         if name not in spoiled:
             assert record[name] == expected[name]
 
@@ -305,24 +313,24 @@ def readable(record: Record) -> str:
     )
 
 
-def hidden_numbers() -> np.ndarray:
+def hidden_numbers(assignment: str) -> np.ndarray:
     """Inputs and answers of the hidden cases, but no small integers and simple fractions."""
-    table = tasks.assignment("cloth")
-    stages = [_stage(table, task, SEED) for task in TASKS]
+    table = tasks.assignment(assignment)
+    stages = [_stage(table, task, SEED) for task in table.tasks]
     arrays = [a for stage in stages for a in (*stage.expected, *stage.inputs.values()) if a.dtype.kind == "f"]
     numbers = np.unique(np.abs(np.concatenate([array.ravel() for array in arrays])))
     return numbers[(numbers * 2**10 % 1 != 0) & (numbers > 0)]
 
 
 @functools.cache
-def _hidden() -> np.ndarray:
-    return hidden_numbers()
+def _hidden(assignment: str) -> np.ndarray:
+    return hidden_numbers(assignment)
 
 
 def no_hidden_number(record: Record) -> None:
     """No number of ten or more digits in any report is one of the hidden cases."""
     tokens = re.findall(r"\d+\.\d{9,}(?:e[+-]?\d+)?", readable(record))
-    hidden = _hidden()
+    hidden = _hidden(record.assignment["name"])
     for token in tokens:
         value = float(token)
         near = hidden[min(np.searchsorted(hidden, value * (1 - 1e-10)), len(hidden) - 1)]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import statistics
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
@@ -20,7 +21,7 @@ from muslin.classes.returning import Desk, Returned, Wanted
 from muslin.classes.work import Job, Result, Terms, edition
 from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
-from muslin.grading.submission import Handed, gather, named
+from muslin.grading.submission import Handed, gather, named, named_by
 from muslin.grading.views.text import one_line, points
 
 #: How many submissions that could not be graded are named in the summary.
@@ -155,7 +156,7 @@ def grade_class(
     MuslinError
         If the class cannot be graded at all.
     """
-    assignment = assignment or _named(Path(submissions))
+    asked_for, assignment = bool(assignment), assignment or _named(Path(submissions))
     table = tasks.assignment(assignment)
     only = again.named(regrade, table)
     found, notes = finding.find(submissions, table)
@@ -167,7 +168,7 @@ def grade_class(
     terms = Terms(assignment, edition(assignment), _hidden(hidden, table), seed, safety, deadline, secrets)
     ledger = Ledger(Path(out))
     with ledger.locked():
-        collected = _collected(found, table)
+        collected = _collected(found, table, asked_for)
         results, waiting = _known(collected, terms, ledger)
         earlier = _earlier({key: collected[key] for key in waiting if only}, terms, ledger)
         taken = sum(not handed.unreadable for handed in collected.values()) - len(waiting)
@@ -202,8 +203,14 @@ def grade_class(
 def _named(submissions: Path) -> str:
     """The assignment that most submissions name, of the first that are there."""
     there = sorted(submissions.iterdir())[:ASKED] if submissions.is_dir() else []
-    names = Counter(filter(None, map(named, there)))
+    names = Counter(filter(None, map(_name_of, there)))
     return names.most_common(1)[0][0] if names else "cloth"
+
+
+def _name_of(submission: Path) -> str | None:
+    with contextlib.suppress(MuslinError):  # what names none there is gets a reason of its own
+        return named(submission)
+    return None
 
 
 class _Progress:
@@ -291,15 +298,37 @@ def _report(
     return returned
 
 
-def _collected(found: Sequence[finding.Submission], table: tasks.Assignment) -> dict[str, Handed]:
-    """What everybody handed in, by key; each is read in a process of its own."""
+def _collected(
+    found: Sequence[finding.Submission], table: tasks.Assignment, asked_for: bool
+) -> dict[str, Handed]:
+    """What everybody handed in, by key; each is read in a process of its own.
+
+    Unless the assignment was `asked_for`, what says itself that it answers another is not graded as this one.
+    """
 
     def read(submission: finding.Submission) -> Handed:
         handed = gather(submission.sources, submission.name, table)
-        return handed if submission.sources else replace(handed, unreadable=NOT_THERE)
+        if not submission.sources:
+            return replace(handed, unreadable=NOT_THERE)
+        reason = "" if asked_for or handed.unreadable else _of_another(submission, table)
+        return replace(handed, unreadable=reason) if reason else handed
 
     with ThreadPoolExecutor(runtime.usable_cores()) as pool:
         return dict(zip([s.key for s in found], pool.map(read, found), strict=True))
+
+
+def _of_another(submission: finding.Submission, table: tasks.Assignment) -> str:
+    """Why a submission is none of this assignment, by its own manifest; empty if it does not say so."""
+    try:
+        name = named_by(submission.sources, submission.name)
+    except MuslinError as error:
+        return one_line(str(error))
+    if name in (None, table.name):
+        return ""
+    return (
+        f"Its {tasks.MANIFEST} says that it answers {name}, and this class is graded as {table.name}. "
+        f"Grade it with: muslin grade --assignment {name}"
+    )
 
 
 def _row(

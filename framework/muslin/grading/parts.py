@@ -14,11 +14,11 @@ import numpy as np
 from muslin import reading
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.grading import wire
+from muslin.grading import calls, wire
 from muslin.grading.checks import Outcome
 from muslin.grading.kernels import sound
 from muslin.grading.patience import Patience
-from muslin.grading.sandbox import Crashed, Sandbox, Worker
+from muslin.grading.sandbox import Answer, Crashed, Sandbox, Worker
 from muslin.grading.submission import Handed
 from muslin.reading import source
 from muslin.tasks import MANIFEST, Assignment, Task
@@ -97,7 +97,9 @@ class Part:
         assert self._worker is not None
         request = {"do": "evaluate", "task": task.name}
         expected = _forms(task, len(next(iter(inputs.values()))))
-        _, results, trouble = ask(self._worker, request, inputs, patience, self._deadline, expected)
+        seen = {value.name: inputs[value.name] for value in task.seen}
+        answer = calls.Answers(self._table, task, inputs) if task.builder else None
+        _, results, trouble = ask(self._worker, request, seen, patience, self._deadline, expected, answer)
         printed = self._worker.printed() if shown else ""
         if trouble is not None:
             return Outcome((), trouble.kind, trouble.text, printed)
@@ -198,10 +200,11 @@ def ask(
     patience: Patience,
     allowed: float,
     expected: Mapping[str, wire.Form] | None = None,
+    answer: Answer | None = None,
 ) -> tuple[dict[str, Any], dict[str, np.ndarray], Outcome | None]:
     """Ask a worker: its answer, or what went wrong."""
     try:
-        header, results = worker.ask(request, arrays, patience, expected)
+        header, results = worker.ask(request, arrays, patience, expected, answer)
     except wire.TooLate:
         kind, text = (
             "late",

@@ -84,6 +84,18 @@ class Patience:
             if ready:
                 return
 
+    def spend(self, seconds: float) -> None:
+        """Charge time that the grader itself has computed for the worker [s].
+
+        Raises
+        ------
+        TooLate
+            If nothing is left.
+        """
+        self._charged += seconds
+        if self._charged > self._seconds:
+            raise TooLate
+
     def charge(self, passed: float) -> None:
         """Charge what the worker has had of the time that has passed since the last charge [s].
 

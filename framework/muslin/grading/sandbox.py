@@ -18,7 +18,7 @@ import socket
 import sys
 import threading
 import time
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -50,6 +50,12 @@ class Crashed(Exception):
 
 class _Orphaned(Exception):
     """The worker has ended because its fork server has."""
+
+
+#: Header and arrays of what a worker asks -> those of the answer.
+Answer = Callable[
+    [Mapping[str, Any], Mapping[str, np.ndarray]], tuple[dict[str, Any], Mapping[str, np.ndarray]]
+]
 
 
 class Worker:
@@ -108,6 +114,7 @@ class Worker:
         arrays: Mapping[str, np.ndarray],
         patience: Patience,
         expected: Mapping[str, wire.Form] | None = None,
+        answer: Answer | None = None,
     ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         """Send a request and wait for its answer.
 
@@ -122,6 +129,8 @@ class Worker:
             What the answer may still take.
         expected : dict of (type, shape), optional
             The arrays that must come; without it any may.
+        answer : callable, optional
+            Answers what the worker asks before it answers itself; the time that takes is the worker's.
 
         Raises
         ------
@@ -137,14 +146,14 @@ class Worker:
         if request["do"] == "load":
             self._load = request, arrays
         try:
-            return self._ask(request, arrays, patience, expected)
+            return self._ask(request, arrays, patience, expected, answer)
         except _Orphaned:
             pass
         try:
             self._begin()
             if self._load is not None and request["do"] != "load":
                 self._ask(*self._load, Patience(STARTING), {})
-            return self._ask(request, arrays, patience, expected)
+            return self._ask(request, arrays, patience, expected, answer)
         except (_Orphaned, NotGiven):
             raise Crashed(-signal.SIGKILL) from None
 
@@ -154,16 +163,23 @@ class Worker:
         arrays: Mapping[str, np.ndarray],
         patience: Patience,
         expected: Mapping[str, wire.Form] | None,
+        answer: Answer | None = None,
     ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
         nonce = secrets.token_hex(8)
         patience.watch(self._process)
         self._signal(signal.SIGCONT)
         try:
             wire.send(self._channel, {**request, "id": nonce}, arrays, patience)
-            header, results = wire.receive(self._channel, patience, expected)
-            if header.get("id") != nonce:
-                raise wire.Garbled("an answer to no question")
-            return _shortened(header), results
+            while True:
+                began = time.thread_time()
+                header, results = wire.receive(self._channel, patience, expected, calls=answer is not None)
+                if header.get("id") != nonce:
+                    raise wire.Garbled("an answer to no question")
+                if answer is None or "call" not in header:
+                    return _shortened(header), results
+                reply, values = answer(header, results)
+                wire.send(self._channel, reply, values, patience)
+                patience.spend(time.thread_time() - began)
         except wire.Gone:
             self.close()
             if self.status is None or self._server.ended:

@@ -93,19 +93,28 @@ def collect(path: Path | str, table: Assignment) -> Handed:
 
 
 def named(path: Path | str) -> str | None:
-    """Which assignment a submission answers: the one that its own `assignment.toml` names, if there is such a one.
+    """Which assignment a submission answers: the one that its own `assignment.toml` names, if it has one.
 
     Parameters
     ----------
     path : path
         A folder, a zip or a tar.
+
+    Raises
+    ------
+    MuslinError
+        If there is no assignment of that name.
     """
     whole = Path(path).resolve()
     if whole.is_dir() and paths.source(whole.name).resolve() == whole:
         return whole.name  # a solution: what judges it lies below, with manifests of its own
-    answer = _asked([Source(whole)], (MANIFEST,))
-    manifest = base64.b64decode(answer.get("files", {}).get(MANIFEST, ""))
-    return named_in(manifest.decode("utf-8", errors="replace"))
+    return named_by([Source(whole)], paths.shown(path))
+
+
+def named_by(sources: Sequence[Source], name: str) -> str | None:
+    """As `named`, of what was handed in in several pieces."""
+    manifest = base64.b64decode(_asked(sources, (MANIFEST,)).get("files", {}).get(MANIFEST, ""))
+    return named_in(manifest.decode("utf-8", errors="replace"), name)
 
 
 def gradable(submission: Path | str | Handed, table: Assignment) -> Handed:

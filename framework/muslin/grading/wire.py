@@ -80,6 +80,7 @@ def receive(
     channel: socket.socket,
     patience: Patience | None = None,
     expected: Mapping[str, Form] | None = None,
+    calls: bool = False,
 ) -> tuple[dict[str, Any], dict[str, np.ndarray]]:
     """Receive a frame: its header and its arrays by name.
 
@@ -90,6 +91,8 @@ def receive(
         Without it is waited for.
     expected : dict of (type, shape), optional
         The arrays that must be there, no more and no others; a header that tells of an "error" comes without.
+    calls : bool
+        Whether a header that tells of a "call" may come instead, with arrays of its own.
 
     Raises
     ------
@@ -106,7 +109,8 @@ def receive(
         json.dumps(header, ensure_ascii=False).encode()  # no half of a surrogate pair, no file could hold it
         described = header.pop("arrays")
         forms = {name: _form(name, kind, shape) for name, kind, shape in described}
-        wanted = forms if expected is None else dict(expected) if header.get("error") is None else {}
+        any_may = expected is None or (calls and "call" in header)
+        wanted = forms if any_may else dict(expected or {}) if header.get("error") is None else {}
         if len(forms) != len(described) or forms != wanted:
             raise Garbled("other arrays than were asked for")
         arrays, start = {}, head_size

@@ -158,6 +158,7 @@ def _import_everything() -> None:
     """All a worker needs before student code, so that forking is all it costs; not the native element."""
     engine.load()
     import muslin.given
+    import muslin.grading.calls
     import muslin.grading.wire
     import muslin.reading
     import muslin.tasks.batch  # noqa: F401
@@ -243,15 +244,16 @@ def serve(
     """Say what it is `about`, then answer requests until the grader closes the channel.
 
     "load" takes the manifest and the task files as bytes and tells what is wrong with each task's function;
-    "evaluate" takes a task and its inputs; "simulate" is `muslin.grading.measuring.measure`; "kernels" ends
-    Taichi and gives what it has compiled, for the next grading of the same submission.
+    "evaluate" takes a task and its inputs, and asks back what the functions it is given make of their arguments;
+    "simulate" is `muslin.grading.measuring.measure`; "kernels" ends Taichi and gives what it has compiled, for the
+    next grading of the same submission.
     """
     import numpy as np
 
     from muslin import reading, tasks
     from muslin.base.errors import MuslinError, NotImplementedYet, said
-    from muslin.grading import wire
-    from muslin.tasks import batch
+    from muslin.grading import calls, wire
+    from muslin.tasks import batch, plain
 
     os.listdir(Path(os.__file__).parent)  # a user who may not read Python cannot run anything
     wire.send(channel, {"id": "ready", **about})
@@ -284,8 +286,13 @@ def serve(
                 reply["notes"] = {task: reading.told(functions[task]) for task in table.tasks}
             elif header["do"] == "evaluate":
                 assert functions is not None
-                arguments: dict[str, Any] = dict(arrays)
-                got = batch.evaluate(functions[header["task"]], **arguments)
+                task, function = table.tasks[header["task"]], functions[header["task"]]
+                if task.builder:
+                    given = calls.stand_ins(channel, header["id"], task)
+                    got = plain.evaluate(tasks.usable(function), task, arrays, given)
+                else:
+                    arguments: dict[str, Any] = dict(arrays)
+                    got = batch.evaluate(function, **arguments)
                 got = got if isinstance(got, tuple) else (got,)
                 results = {str(k): array for k, array in enumerate(got)}
             elif header["do"] == "kernels":

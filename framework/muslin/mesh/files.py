@@ -55,12 +55,12 @@ FORMATS = {
     ".vtp": Format("VTP", lambda c, file, _: read_vtk_xml(c, file)),
     ".msh": Format("Gmsh", read_gmsh),
 }
-# Extension -> why it is no cloth.
-_OTHERS = {
+#: Extension -> what files of it are: no surface, or lists of other files.
+_SOLIDS = {
     **dict.fromkeys((".node", ".ele"), "TetGen's tetrahedra"),
     ".mesh": "a Medit mesh, mostly of tetrahedra",
-    **dict.fromkeys((".pvtu", ".pvtp", ".vtm", ".pvd"), "a list of other files"),
 }
+_LISTS = dict.fromkeys((".pvtu", ".pvtp", ".vtm", ".pvd"), "a list of other files")
 
 
 def load(path: str | os.PathLike[str]) -> Mesh:
@@ -86,7 +86,7 @@ def load(path: str | os.PathLike[str]) -> Mesh:
         If there is no such file, it cannot be read, or what it holds cannot be cloth (see `check`). The
         message names the file and the line or element.
     """
-    file, content, suffix = content_of(path, FORMATS, "Cloth is a surface of triangles: save that.")
+    file, content, suffix = content_of(path, FORMATS, _is_solid)
     found = parsed(content, file, Path(path), FORMATS[suffix])
     X, notices = flat_to_3d(found.points, file)
     places = Places(file, found.base, vertex_lines=found.point_lines, face_lines=found.face_lines)
@@ -164,10 +164,24 @@ def obj_text(vertices: np.ndarray, faces: np.ndarray, comment: str = "") -> str:
     return "\n".join([*head, *points, *corners]) + "\n"
 
 
-def content_of(path: Any, formats: Mapping[str, Format], instead: str = "") -> tuple[str, bytes, str]:
+def _is_solid(file: str, suffix: str) -> MeshError | None:
+    """What is said of a solid where a surface is asked for."""
+    if suffix not in _SOLIDS:
+        return None
+    return MeshError(
+        f"{file} is a solid ({_SOLIDS[suffix]}), and cloth is a surface of triangles.",
+        f"Save its surface as one of {', '.join(FORMATS)}; or let it move as a solid: muslin run jelly --mesh {file}",
+    )
+
+
+def content_of(
+    path: Any,
+    formats: Mapping[str, Format],
+    of_another: Callable[[str, str], MeshError | None] = lambda file, suffix: None,
+) -> tuple[str, bytes, str]:
     """Name to show, bytes and extension of a mesh file that is there and may be read.
 
-    `instead` is what to do about a file that is a mesh, but of another kind.
+    `of_another` says what is wrong with a mesh of another kind: its name and extension -> error.
     """
     try:
         source = Path(path)
@@ -181,10 +195,10 @@ def content_of(path: Any, formats: Mapping[str, Format], instead: str = "") -> t
         if not source.is_file():
             raise MeshError(f"{file} is not an ordinary file.", "Name a mesh file.")
         if suffix not in formats:
-            is_ = f" ({_OTHERS[suffix]})" if suffix in _OTHERS else ""
-            raise MeshError(
+            is_ = f" ({_LISTS[suffix]})" if suffix in _LISTS else ""
+            raise of_another(file, suffix) or MeshError(
                 f"{file}: unknown mesh format {suffix or '(no extension)'}{is_}.",
-                f"Known formats are {known}." + (f" {instead}" if suffix in _OTHERS else ""),
+                f"Known formats are {known}." + (" Name one of those it lists." if is_ else ""),
             )
         content = source.read_bytes()
     except (OSError, ValueError, TypeError) as error:

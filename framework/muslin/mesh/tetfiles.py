@@ -51,8 +51,19 @@ def load_tets(path: str | os.PathLike[str]) -> TetMesh:
         If there is no such file, it cannot be read, or what it holds cannot be a solid (see `check_solid`). The
         message names the file and the line or element.
     """
-    file, content, suffix = content_of(path, TET_FORMATS, "A solid is made of tetrahedra: save that.")
+    file, content, suffix = content_of(path, TET_FORMATS, _is_surface)
     return _solid(parsed(content, file, Path(path), TET_FORMATS[suffix]), file, Path(path).stem)
+
+
+def _is_surface(file: str, suffix: str) -> MeshError | None:
+    """What is said of a surface where a solid is asked for."""
+    if suffix not in FORMATS:
+        return None
+    return MeshError(
+        f"{file} is a surface ({FORMATS[suffix].name}), and a solid needs tetrahedra that fill it.",
+        f"Fill it in Gmsh, TetGen or fTetWild and save the tetrahedra as one of {', '.join(TET_FORMATS)}; "
+        f"or let it move as cloth: muslin run drape --mesh {file}",
+    )
 
 
 def load_any(path: str | os.PathLike[str]) -> Mesh | TetMesh:

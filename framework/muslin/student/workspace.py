@@ -172,11 +172,18 @@ def find(folder: Path | None = None) -> Workspace:
 
 
 def _named(folder: Path) -> str:
-    """Which assignment a folder answers, by its manifest; cloth if it has none."""
+    """Which assignment a folder answers, by its manifest; cloth if it has none.
+
+    Raises
+    ------
+    MuslinError
+        If it names one that there is not.
+    """
     try:
-        return named_in((folder / MANIFEST).read_text(encoding="utf-8")) or "cloth"
+        text = (folder / MANIFEST).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
         return "cloth"
+    return named_in(text, paths.shown(folder)) or "cloth"
 
 
 def given_files(name: str) -> dict[str, bytes]:

@@ -18,6 +18,7 @@ from typing import Any
 
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
+from muslin.base.text import one_line
 
 MANIFEST = "assignment.toml"
 
@@ -136,8 +137,13 @@ class Task:
 
     @property
     def inputs(self) -> tuple[Value, ...]:
-        """The arrays that make a case: arguments that are no functions, then those of the problem."""
-        return (*(value for value in self.arguments if not value.is_function), *self.problem)
+        """The arrays that make a case: those the function sees, then those of the problem."""
+        return (*self.seen, *self.problem)
+
+    @property
+    def seen(self) -> tuple[Value, ...]:
+        """The arguments that are arrays."""
+        return tuple(value for value in self.arguments if not value.is_function)
 
     @property
     def in_python(self) -> bool:
@@ -333,17 +339,34 @@ def assignment(name: str = "cloth") -> Assignment:
     raise MuslinError(f"There is no assignment {name!r}.", choices(name, paths.assignments()))
 
 
-def named_in(text: str) -> str | None:
-    """The assignment that a manifest says it is of, where there is one of that name; nothing else in it is believed.
+#: Most of an unknown assignment's name that is told [characters].
+LONGEST_NAME = 60
+
+
+def named_in(text: str, where: str) -> str | None:
+    """The assignment that a manifest says it is of, if it says that; nothing else in it is believed.
 
     Parameters
     ----------
     text : str
         Anybody's `assignment.toml`.
+    where : str
+        What it lies in, for people.
+
+    Raises
+    ------
+    MuslinError
+        If there is no assignment of that name here.
     """
     before_tables = re.split(r"^\s*\[", text, maxsplit=1, flags=re.MULTILINE)[0]
-    said = re.search(r"""^name *= *["']([\w-]+)["'] *(#.*)?$""", before_tables, re.MULTILINE)
-    return said[1] if said and said[1] in paths.assignments() else None
+    said = re.search(r"""^name *= *(["'])(.*?)\1 *(#.*)?$""", before_tables, re.MULTILINE)
+    if said is None or said[2] in (known := paths.assignments()):
+        return said and said[2]
+    name = one_line(said[2], LONGEST_NAME)
+    raise MuslinError(
+        f"The {MANIFEST} of {where} names the assignment {name!a}, and there is none of that name here.",
+        choices(name, known),
+    )
 
 
 def chosen_tasks(words: list[str] | None, assignment: Assignment) -> list[str]:

@@ -7,7 +7,7 @@ the task runs: between processes go arrays only.
 from __future__ import annotations
 
 import traceback
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -16,12 +16,16 @@ import numpy as np
 
 from muslin.base import paths
 from muslin.base.errors import MuslinError, StudentCodeError
-from muslin.tasks.manifest import Assignment, Task
+from muslin.tasks.manifest import Assignment, Task, Value
 
 Arrays = Mapping[str, np.ndarray]
 
 
-def evaluate(function: Callable[..., Any], task: Task, arrays: Arrays) -> Any:
+#: Number of a case -> the functions its task's function is given.
+Given = Callable[[int], Mapping[str, Any]]
+
+
+def evaluate(function: Callable[..., Any], task: Task, arrays: Arrays, given: Given | None = None) -> Any:
     """Call a task's function on every sample of a batch.
 
     Parameters
@@ -31,6 +35,8 @@ def evaluate(function: Callable[..., Any], task: Task, arrays: Arrays) -> Any:
     task : Task
     arrays : dict of ndarray, (b, ...)
         The task's inputs by name. One without the leading axis is used for every sample.
+    given : callable, optional
+        The functions of each case, built elsewhere: then the arrays of the problem are none of the inputs.
 
     Returns
     -------
@@ -44,11 +50,12 @@ def evaluate(function: Callable[..., Any], task: Task, arrays: Arrays) -> Any:
     MuslinError
         If an argument is missing, unknown, or has the wrong shape.
     """
-    names = [value.name for value in task.inputs]
+    inputs = task.inputs if given is None else task.seen
+    names = [value.name for value in inputs]
     if set(arrays) != set(names):
         raise MuslinError(f"{task.name} takes ({', '.join(names)}), not ({', '.join(arrays)}).")
     sizes = {}
-    for value in task.inputs:
+    for value in inputs:
         array, shape = arrays[value.name], value.shape
         if array.ndim not in (len(shape), len(shape) + 1) or array.shape[array.ndim - len(shape) :] != shape:
             expected = f"(b, {', '.join(map(str, shape))})" if shape else "(b,)"
@@ -60,10 +67,12 @@ def evaluate(function: Callable[..., Any], task: Task, arrays: Arrays) -> Any:
     if len(set(sizes.values())) > 1:
         raise MuslinError(f"{task.name}: the arguments have different numbers of samples: {sizes}.")
     batch = next(iter(sizes.values()), 1)
-    spread = {value.name: np.broadcast_to(arrays[value.name], (batch, *value.shape)) for value in task.inputs}
+    spread = {value.name: np.broadcast_to(arrays[value.name], (batch, *value.shape)) for value in inputs}
     outputs = tuple(np.zeros((batch, *v.shape), np.int32 if v.integer else np.float64) for v in task.results)
     for case in range(batch):
-        here = arguments(function, task, {name: array[case] for name, array in spread.items()})
+        own = {name: array[case] for name, array in spread.items()}
+        here = arguments(function, task, own) if given is None else {**_own(task.seen, own), **given(case)}
+        here = {value.name: here[value.name] for value in task.arguments}
         for output, found in zip(outputs, call(function, task, here), strict=True):
             output[case] = found
     return outputs[0] if len(outputs) == 1 else outputs
@@ -71,12 +80,19 @@ def evaluate(function: Callable[..., Any], task: Task, arrays: Arrays) -> Any:
 
 def arguments(function: Callable[..., Any], task: Task, case: Arrays) -> dict[str, Any]:
     """What a task's function takes in one case: arrays of its own, and functions built from arrays."""
-    own = {value.name: np.array(case[value.name]) for value in task.inputs}
-    given = {v.name: own[v.name].item() if not v.shape else own[v.name] for v in task.inputs}
     build: Callable[..., Mapping[str, Any]] | None = getattr(function, "build", None)
-    if build is not None:
-        given |= build(**given)
+    given = _own(task.inputs, case) | (dict(functions(build, task, case)) if build is not None else {})
     return {value.name: given[value.name] for value in task.arguments}
+
+
+def functions(build: Callable[..., Mapping[str, Any]], task: Task, case: Arrays) -> Mapping[str, Any]:
+    """The functions that are built from the arrays of one case, by name."""
+    return build(**_own(task.inputs, case))
+
+
+def _own(values: Iterable[Value], case: Arrays) -> dict[str, Any]:
+    """Arrays of one case as a function's own: nobody else sees what it writes into them."""
+    return {v.name: np.array(case[v.name]) if v.shape else np.array(case[v.name]).item() for v in values}
 
 
 def call(function: Callable[..., Any], task: Task, given: Mapping[str, Any]) -> tuple[Any, ...]:
