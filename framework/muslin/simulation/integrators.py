@@ -19,7 +19,7 @@ import numpy as np
 
 from muslin.base.errors import MuslinError, SimulationError, choices
 from muslin.physics.colliders import Contacts, respond
-from muslin.simulation import by_student, newton
+from muslin.simulation import by_student, newton, second_order
 from muslin.simulation.model import NOBODY, Model, Spring, State
 from muslin.simulation.touching import Touching
 
@@ -220,6 +220,9 @@ def _finish(
 INTEGRATORS: dict[str, Callable[[Model, State, float], State]] = {
     "linearly-implicit": linearly_implicit_euler,
     "backward-euler": backward_euler,
+    "midpoint": second_order.implicit_midpoint,
+    "bdf2": second_order.bdf2,
+    "symplectic-euler": second_order.symplectic_euler,
 }
 
 

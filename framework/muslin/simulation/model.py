@@ -42,6 +42,7 @@ NOBODY = np.empty(0, dtype=np.int64)
 class State:
     """Positions [m] and velocities [m/s], (n, 3) each, at a time [s], and the contacts v was filtered at.
 
+    `before` is the state before the last step, where an integrator needs it.
     `active` is the active set of the last step: the vertices a contact pushed, where contacts are part of the system.
     """
 
@@ -50,6 +51,7 @@ class State:
     time: float = 0.0
     contacts: list[Contacts] = field(default_factory=list)
     active: np.ndarray = field(default_factory=lambda: NOBODY)
+    before: State | None = None
 
 
 @dataclass

@@ -125,7 +125,17 @@ class Writer:
             if display is not None:
                 _save(self.folder / "display" / f"{step:06d}.npy", display)
             partial = self.folder / "checkpoint.partial.npz"
-            np.savez(partial, x=state.x, v=state.v, time=state.time, step=step, active=state.active)
+            before: dict[str, Any] = (
+                {} if state.before is None else {"x_before": state.before.x, "v_before": state.before.v}
+            )
+            here: dict[str, Any] = {
+                "x": state.x,
+                "v": state.v,
+                "time": state.time,
+                "step": step,
+                "active": state.active,
+            }
+            np.savez(partial, **here, **before)
             os.replace(partial, self.folder / "checkpoint.npz")
 
     def _flush(self) -> None:
@@ -256,6 +266,8 @@ class RunFolder:
                 saved
             ):  # "pressed" in older runs; in the oldest there is none
                 state.active = saved[name]
+            if "x_before" in saved:
+                state.before = State(saved["x_before"], saved["v_before"])
             return state, int(saved["step"])
 
 
