@@ -104,16 +104,19 @@ def release(
 
 
 class Platform(str, Enum):
-    """Platforms there are packs for."""
+    """What there are packs for."""
 
     gradescope = "gradescope"
     classroom50 = "classroom50"
     actions = "actions"
+    students = "students"
 
 
 @app.command()
 def pack(
-    platform: Annotated[Platform, typer.Argument(help="Where it will be graded.")],
+    platform: Annotated[
+        Platform, typer.Argument(help="Where it will be graded; or `students`, for those who work on it.")
+    ],
     assignment: Annotated[str, typer.Option(help="An assignment.")] = "cloth",
     hidden: Annotated[
         Path | None,
@@ -121,7 +124,7 @@ def pack(
     ] = None,
     out: Out = None,
 ) -> None:
-    """Write what a platform needs to grade an assignment: an archive or folder to upload, with its README."""
+    """Write what a platform needs to grade an assignment, or what students need to work on it, with its README."""
     from muslin.packing import packs
 
     written = packs.pack(platform.value, assignment, hidden, out)

@@ -1,4 +1,4 @@
-"""`pack`: everything a platform needs to grade, in one folder."""
+"""`pack`: everything a platform needs to grade in one folder, or everything a student needs to work."""
 
 from __future__ import annotations
 
@@ -15,9 +15,13 @@ from muslin.authoring.reference_data import PROVENANCE
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.packing.grading import HIDDEN, SETTINGS
+from muslin.student import workspace
 
 #: The versions Muslin is tested with, and their name in a pack.
 PINNED, CONSTRAINTS = ".ci/constraints.txt", "constraints.txt"
+
+#: What students install from, and the extras in it.
+REQUIREMENTS, STUDENTS_EXTRAS = "requirements.txt", "fast,view"
 
 
 @dataclass(frozen=True)
@@ -34,12 +38,15 @@ class Platform:
         Name of the zip everything goes into; empty for a plain folder.
     why_not_secret : str
         Why students can read this pack, so that it must not hold hidden data; empty if they cannot.
+    grades : bool
+        Whether it grades, and so needs what is true; else it is for students, and has a workspace in its stead.
     """
 
     places: Mapping[str, str]
     programs: tuple[str, ...] = ()
     archive: str = ""
     why_not_secret: str = ""
+    grades: bool = True
 
 
 PLATFORMS: Mapping[str, Platform] = {
@@ -70,6 +77,12 @@ PLATFORMS: Mapping[str, Platform] = {
             ".": ".muslin",
         },
         why_not_secret="the workflow runs in students' own repositories",
+    ),
+    "students": Platform(
+        places={"README.md": "README.md", ".": ""},
+        archive="@assignment@-students.zip",
+        why_not_secret="it is what students get",
+        grades=False,
     ),
 }
 
@@ -107,22 +120,20 @@ def pack(
             f"Hidden data cannot be in this pack: {layout.why_not_secret}.",
             "Leave --hidden out; grade with it on Gradescope or on your own machine: muslin grade --hidden DIR.",
         )
-    if found := list(lint.given_away(assignment)):
+    if found := [finding for name in _with_answers(assignment) for finding in lint.given_away(name)]:
         raise MuslinError(f"The pack would give something away: {found[0]}.", "Run: muslin lint")
     files = _files(platform, table.name)
     if hidden is not None:
         files |= _hidden(Path(hidden), assignment)
     folder = Path(out) if out is not None else Path("packs") / f"{assignment}-{platform}"
-    if layout.archive:
-        contents = {layout.archive: b"", "README.md": files["README.md"]}
-    else:
-        contents = files
+    archive = layout.archive.replace("@assignment@", assignment)
+    contents = {archive: b"", "README.md": files["README.md"]} if archive else files
     written = []
     try:
         for inside, data in contents.items():
             path = folder / inside
             path.parent.mkdir(parents=True, exist_ok=True)
-            if inside == layout.archive:
+            if inside == archive:
                 path.touch(mode=0o600)  # it may hold a secret
                 path.chmod(0o600)
                 wheel.write_zip(path, files, layout.programs)
@@ -142,16 +153,30 @@ def _files(platform: str, assignment: str) -> dict[str, bytes]:
     for name, place in layout.places.items():
         if name != ".":
             text = (templates / name).read_text(encoding="utf-8").replace("@assignment@", assignment)
+            text = text.replace("@title@", tasks.assignment(assignment).title)
             files[place.replace("@assignment@", assignment)] = text.encode()
     shared = layout.places["."].replace("@assignment@", assignment)
     with tempfile.TemporaryDirectory() as scratch:
-        built = wheel.build(Path(scratch), judges=True)
-        ours = {
-            built.name: built.read_bytes(),
-            CONSTRAINTS: (paths.root() / PINNED).read_bytes(),
-            SETTINGS: (json.dumps({"assignment": assignment}) + "\n").encode(),
-        }
+        built = wheel.build(Path(scratch), judges=layout.grades)
+        ours = {built.name: built.read_bytes(), CONSTRAINTS: (paths.root() / PINNED).read_bytes()}
+        if layout.grades:
+            ours[SETTINGS] = (json.dumps({"assignment": assignment}) + "\n").encode()
+        else:
+            ours[REQUIREMENTS] = f"-c {CONSTRAINTS}\n./{built.name}[{STUDENTS_EXTRAS}]\n".encode()
+            ours |= _workspace(Path(scratch) / "workspace", assignment)
     return files | {f"{shared}/{name}".lstrip("/"): data for name, data in ours.items()}
+
+
+def _workspace(folder: Path, assignment: str) -> dict[str, bytes]:
+    """The folder in which students work, as `muslin start` makes it."""
+    workspace.start(assignment, folder)
+    found = (path for path in sorted(folder.rglob("*")) if path.is_file())
+    return {f"{assignment}/{path.relative_to(folder).as_posix()}": path.read_bytes() for path in found}
+
+
+def _with_answers(assignment: str) -> list[str]:
+    """Assignments whose answers a pack must not hold: the wheel carries them all, not only the one that is packed."""
+    return sorted({assignment, *paths.assignments("solutions")})
 
 
 def _hidden(folder: Path, assignment: str) -> dict[str, bytes]:

@@ -19,7 +19,7 @@ INSTEAD = {
     "norm_squared": "a.norm_sqr()", "length2": "a.norm_sqr()", "dot2": "a.norm_sqr()",
     "normalize": "n = m.normalized()", "normalise": "n = m.normalized()", "normalised": "n = m.normalized()",
     "unit_vector": "n = m.normalized()",
-    "inv": "A.inverse()", "inverse": "A.inverse()", "pinv": "(D.transpose() @ D).inverse() @ D.transpose()",
+    "inv": "A.inverse()", "inverse": "A.inverse()", "pinv": "A.transpose() and A.inverse(): the normal equations",
     "det": "A.determinant()", "determinant": "A.determinant()", "trace": "A.trace()",
     "eye": "ti.Matrix.identity(float, 3)", "identity": "ti.Matrix.identity(float, 3)",
     "Identity": "ti.Matrix.identity(float, 3)", "I": "ti.Matrix.identity(float, 3)",

@@ -1,0 +1,197 @@
+"""Which functions of an installed Muslin answer a task: every one is called with a task's public cases.
+
+    python -I tests/answers_in.py FOLDER ASSIGNMENT [TASK ...]
+
+FOLDER is where Muslin is installed. Prints, as JSON, the tasks that were tried with how many functions, what could not
+be imported, and `module.function` of each that gives the right answers.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import importlib
+import inspect
+import io
+import json
+import os
+import pkgutil
+import signal
+import sys
+import types
+
+folder, assignment, *wanted = sys.argv[1:]
+sys.path.insert(0, folder)
+
+import numpy as np  # noqa: E402
+
+import muslin  # noqa: E402
+from muslin import tasks  # noqa: E402
+from muslin.judging import reference  # noqa: E402
+from muslin.tasks import batch  # noqa: E402
+
+assert muslin.__file__.startswith(folder), muslin.__file__
+
+#: Rooms whose functions start processes, read and write files, or wait for somebody: no place for a formula.
+NOT_CALLED = (
+    "base",
+    "cli",
+    "doctor",
+    "bench",
+    "packing",
+    "classes",
+    "viewer",
+    "student",
+    "notebook",
+    "grading",
+    "export",
+)
+
+#: How long one call may take [s].
+LIMIT = 5
+
+
+def modules():
+    """Every module that can be imported, and why others cannot."""
+    found, failed = [], {}
+    for info in pkgutil.walk_packages(muslin.__path__, "muslin.", onerror=lambda name: None):
+        if info.name.rsplit(".", 1)[-1] == "__main__":
+            continue
+        try:
+            with contextlib.redirect_stdout(io.StringIO()):
+                found.append(importlib.import_module(info.name))
+        except BaseException as error:
+            failed[info.name] = f"{type(error).__name__}: {error}"
+    return found, failed
+
+
+def functions(found):
+    """Every function of those modules once, static methods of classes included, by name."""
+    seen, known = set(), {}
+    for module in found:
+        if module.__name__.split(".")[1] in NOT_CALLED:
+            continue
+        for holder in [
+            module,
+            *(c for c in vars(module).values() if inspect.isclass(c) and c.__module__ == module.__name__),
+        ]:
+            for name, value in vars(holder).items():
+                value = value.__func__ if isinstance(value, (staticmethod, classmethod)) else value
+                if isinstance(value, (tuple, list, dict)):
+                    values = value.values() if isinstance(value, dict) else value
+                    inside = [v for v in values if isinstance(v, types.FunctionType)]
+                else:
+                    inside = [value]
+                for one in inside:
+                    ours = isinstance(one, types.FunctionType) and one.__module__.startswith("muslin")
+                    if ours and id(one) not in seen:
+                        seen.add(id(one))
+                        inside_class = "" if holder is module else f".{holder.__name__}"
+                        known[f"{module.__name__}{inside_class}.{name}"] = one
+    return known
+
+
+def fits(function, count):
+    """Whether it can be called with so many arguments by position."""
+    try:
+        inspect.signature(function).bind(*range(count))
+    except (TypeError, ValueError):
+        return False
+    return True
+
+
+def right(result, expected):
+    """Whether it is the answer, batched or of the first sample."""
+    got = result if isinstance(result, tuple) else (result,)
+    if len(got) != len(expected):
+        return False
+    for one, value in zip(got, expected, strict=True):
+        try:
+            one = np.asarray(one, dtype=float)
+        except (TypeError, ValueError):
+            return False
+        if one.shape != value.shape or not np.allclose(
+            one, value, 1e-7, 1e-9 * np.abs(value[np.isfinite(value)]).max(initial=0)
+        ):
+            return False
+    return True
+
+
+def too_long(*_):
+    raise TimeoutError
+
+
+def answers(function, task, inputs, expected):
+    """Whether a function answers a task: called with arrays of cases, with single cases, or from a kernel."""
+    if getattr(function, "_is_taichi_function", False) or getattr(function, "_is_quadrants_function", False):
+        names = tuple(inspect.signature(function).parameters)
+        if len(names) != len(task.inputs):
+            return False
+        arrays = {name: inputs[value.name] for name, value in zip(names, task.inputs, strict=True)}
+        kinds = tuple(value.kind for value in task.results)
+        try:
+            return right(batch.evaluate(function, results=kinds, **arrays), expected)
+        except BaseException:
+            return False
+    values = [inputs[value.name] for value in task.inputs]
+    singles = [value[0] if not np.ndim(value[0]) else np.array(value[0]) for value in values]
+    for arguments, answer in ((values, expected), (singles, [value[0] for value in expected])):
+        try:
+            if right(function(*[np.array(a) for a in arguments]), answer):
+                return True
+        except BaseException:
+            continue
+    return False
+
+
+def telling(inputs, expected):
+    """Cases whose answers are no zeros and not one of the inputs."""
+    count = len(expected[0])
+    told = [k for k in range(count) if all(np.abs(value[k]).sum() > 1e-9 for value in expected)]
+    return (
+        ({name: value[told[:7]] for name, value in inputs.items()}, [value[told[:7]] for value in expected])
+        if told
+        else None
+    )
+
+
+def called(candidates, task, case):
+    """Which of the candidates answer the task; those that end the process they are called in do not."""
+    hits, begin = [], 0
+    while begin < len(candidates):
+        ours, theirs = os.pipe()
+        if not (child := os.fork()):
+            sink = io.StringIO()
+            os.dup2(os.open(os.devnull, os.O_WRONLY), 2)
+            for k in range(begin, len(candidates)):
+                os.write(theirs, f"{k}\n".encode())
+                with contextlib.redirect_stdout(sink), contextlib.redirect_stderr(sink):
+                    signal.alarm(LIMIT)
+                    given = answers(candidates[k][1], task, *case)
+                    signal.alarm(0)
+                if given:
+                    os.write(theirs, f"{k} answers\n".encode())
+            os._exit(0)
+        os.close(theirs)
+        with os.fdopen(ours, encoding="ascii") as pipe:
+            lines = pipe.read().split("\n")[:-1]
+        os.waitpid(child, 0)
+        hits += [candidates[int(line.split()[0])][0] for line in lines if line.endswith("answers")]
+        begin = int(lines[-1].split()[0]) + 1 if lines else begin + 1
+    return hits
+
+
+found, failed = modules()
+known = functions(found)
+os.chdir("/")
+signal.signal(signal.SIGALRM, too_long)
+report: dict = {"failed": failed, "functions": len(known), "tried": {}, "answers": {}}
+for name, task in tasks.assignment(assignment).tasks.items():
+    if (wanted and name not in wanted) or task.in_python:
+        continue
+    inputs, expected = reference.cases(assignment, name)
+    case = telling(inputs, [np.asarray(value) for value in expected])
+    candidates = [(where, one) for where, one in known.items() if fits(one, len(task.inputs))]
+    report["tried"][name] = len(candidates)
+    if hits := called(candidates, task, case):
+        report["answers"][name] = hits
+print(json.dumps(report))
