@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import shutil
 import sys
 from pathlib import Path
@@ -10,7 +11,7 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import tasks
+from muslin import reading, tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.grading import diagnosis
@@ -24,6 +25,102 @@ WRITTEN = [v for v in suite.variants("solids") if not v.generated]
 
 #: Share of the written wrong variants that must get exactly the cause they declare.
 NAMED = 0.95
+
+#: Every pitfall of the handout, by how it begins: variants with that mistake. Empty where no wrong numbers come of it:
+#: what does not compile, and what is told from the text (`SEEN`).
+PITFALLS = {
+    "phi": {
+        "Forgetting to": ["X0-not-subtracted"],
+        "Edges as": ["edges-as-rows", "transpose-for-inverse"],
+        "Volumes without": ["volumes-without-sign"],
+        "The order": ["phi-0-last"],
+    },
+    "dphi_dX": {
+        "Columns of": ["columns-of-the-inverse", "edges-as-rows"],
+        "Row 0": ["row-0-zero", "row-0-one-minus"],
+        "Normals of": ["unit-normals", "normals-of-the-faces"],
+        "Units": ["not-inverted"],
+    },
+    "interpolate": {
+        "Weighting by": ["order-reversed", "order-rotated", "three-vertices"],
+        "Weighting edges": ["edges-without-x0"],
+        "Collecting": [],
+    },
+    "deformation_gradient": {
+        "Vertices as": ["transposed", "outer-products-the-wrong-way-round"],
+        "Vertex 0": ["vertex-0-missing"],
+        "The gradient": ["displacements"],
+    },
+    "mass_block": {
+        "The triangle": ["of-a-triangle", "lumped"],
+        "A 6": ["six-volumes"],
+        "The factor": ["half-of-the-energy"],
+        "`i` and": [],
+    },
+    "kinetic_energy": {
+        "Only the": ["squares-only"],
+        "Four pairs": ["around-the-ring"],
+        "The factor": ["no-half", "half-twice"],
+    },
+    "psi": {
+        "$J^{-2/3}$ left": ["un-barred"],
+        "Another power": ["power-minus-a-third", "power-two-thirds"],
+        "`-2 // 3`": ["whole-number-division"],
+        "$(I_1-3)$": ["three-times-the-power"],
+        "$\\mathrm{tr}(F)$": ["trace-of-F", "trace-of-F-F", "entry-by-entry"],
+        "$D/2$": ["half-D", "half-C"],
+        "$J$ kept": ["J-clamped"],
+    },
+    "dpsi_dF": {
+        "$J^{-2/3}$ treated": ["power-held-fixed"],
+        "$F^{-1}$": ["not-transposed"],
+        "The factor": ["J-missing", "minus-five-thirds"],
+        "Factors 2": ["no-two-in-the-shape", "no-two-in-the-volume"],
+        "Other stresses": ["cauchy", "second-piola-kirchhoff"],
+    },
+    "d2psi_dF2": {
+        "$G$ treated": ["G-held-fixed", "sign-of-dG"],
+        "The indices": ["indices-of-dG", "indices-of-dG-straight"],
+        "One of": ["one-of-a-pair", "the-other-of-a-pair"],
+        "$J^2-J$": ["volume-held-fixed", "one-minus-missing"],
+        "Column by": ["column-by-column", "rows-column-by-column"],
+        "Negative eigenvalues": ["projected"],
+    },
+    "nodal_force": {
+        "The sign": ["gradient-for-force"],
+        "The volume": ["volume-missing", "shared-out"],
+        "$P^T$": ["P-transposed"],
+    },
+    "stiffness_block": {
+        "The opposite": ["opposite-sign"],
+        "The gradients": ["gradients-exchanged", "transposed"],
+        "$a+3c$": ["column-by-column"],
+        "A single": ["one-inner-index"],
+    },
+    "spring_force": {
+        "The force": ["pushes"],
+        "A direction": ["no-direction", "nan-where-the-ends-meet"],
+        "The rest": ["no-rest-length", "only-pulls"],
+    },
+    "newtons_method": {
+        "The sign": ["uphill", "uphill-without-line-search"],
+        "The slope": ["slope-added"],
+        "`while objective": [],
+        "The step": ["step-stays-short"],
+        "The gradient": ["hessian-of-the-start", "all-of-the-start"],
+        "`x += step": [],
+    },
+}
+
+#: Pitfalls of `newtons_method` that are told from the text: a part of its body, and words of the note.
+SEEN = {
+    "`while objective": (
+        "while objective(x + step * d) > here:\n            step /= 2",
+        "NaN is not greater",
+    ),
+    "`x += step": ("x += step * d", "changes the caller's x in place"),
+}
+
 
 #: Functions whose answer is a derivative: `gradcheck` compares it with differences.
 DERIVATIVES = (
@@ -142,3 +239,56 @@ def test_a_wrong_sign_of_the_stiffness_is_charged_once(tmp_path):
     record = muslin.grade(folder)  # which assignment it answers its own manifest says
     assert record.score == 92
     assert record["stiffness_block"].score == 0
+
+
+def pitfalls(task):
+    """The pitfalls the handout lists for a task."""
+    text = (paths.solution("solids") / "README.md").read_text(encoding="utf-8")
+    listed = text.split(f"\n### {task}\n")[1].split("**Pitfalls**")[1].split("**Check it:**")[0]
+    return [line.removeprefix("- ") for line in listed.splitlines() if line.startswith("- ")]
+
+
+@pytest.mark.parametrize("task", TABLE)
+def test_every_pitfall_of_the_handout_is_named(outcomes, task):
+    of_task = {v.name: outcome for v, outcome in outcomes.items() if v.task == task}
+    of_task["projected"] = _projected() if task == "d2psi_dF2" else None
+    listed = pitfalls(task)
+    assert len(listed) == len(PITFALLS[task])
+    for pitfall, (start, names) in zip(listed, PITFALLS[task].items(), strict=True):
+        assert pitfall.startswith(start)
+        for name in names:
+            verdict, found = of_task[name]
+            assert not verdict.ok
+            assert found is not None, name
+            assert not re.fullmatch(
+                r"(row|column|components?|entry) \d+|where .*|off the diagonal", found.cause
+            )
+
+
+def _projected():
+    """What comes of a Hessian without its negative eigenvalues, which no short function computes."""
+    inputs, (right,) = reference.cases("solids", "d2psi_dF2")
+    values, vectors = np.linalg.eigh(right)
+    got = (vectors * np.maximum(values, 0)[:, None, :] @ vectors.transpose(0, 2, 1),)
+    verdict = reference.compare(TABLE["d2psi_dF2"], got, (right,), inputs, judge("solids", "d2psi_dF2").terms)
+    return verdict, diagnosis.diagnose(TABLE["d2psi_dF2"], got, (right,), inputs, "solids")
+
+
+@pytest.mark.parametrize("pitfall", SEEN)
+def test_a_pitfall_that_makes_no_wrong_numbers_is_seen_in_the_text(pitfall, tmp_path):
+    line, words = SEEN[pitfall]
+    body = (
+        f"    for _ in range(most_steps):\n        d, step, here = -gradient(x), 1.0, 0.0\n        {line}\n"
+    )
+    head = f"import numpy as np\ndef newtons_method({', '.join(a.name for a in TABLE['newtons_method'].arguments)}):\n"
+    (tmp_path / "newton.py").write_text(head + body + "    return x\n")
+    (told,) = reading.told(muslin.load(tmp_path, "solids").newtons_method)
+    assert words in told
+    assert pitfall in "\n".join(f"`{p.strip('`')}" for p in pitfalls("newtons_method"))
+
+
+def test_nothing_is_noticed_in_a_right_newtons_method():
+    for folder in (paths.solution("solids"), paths.assignment("solids")):
+        assert reading.told(muslin.load(folder, "solids").newtons_method) == []
+    own = "x = x.copy()\n    x += 1.0\n    most_steps -= 1\n    while x[0] > 3:\n        x[0] = 0\n    return x\n"
+    assert reading.notes(f"def f(x, most_steps):\n    {own}", "f", sizes={"x": 4}, in_python=True) == []

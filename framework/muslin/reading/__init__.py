@@ -18,6 +18,7 @@ from muslin.base.errors import MuslinError
 from muslin.reading.habits import HABITS
 from muslin.reading.names import NAMES
 from muslin.reading.page import Note, Page, assignments, used
+from muslin.reading.plain_habits import PLAIN
 from muslin.reading.source import Source
 from muslin.reading.traps import TRAPS
 
@@ -28,7 +29,11 @@ MOST, LONGEST = 3, 400
 
 
 def notes(
-    text: str, name: str, asked: tuple[str, ...] = (), sizes: Mapping[str, int] | None = None
+    text: str,
+    name: str,
+    asked: tuple[str, ...] = (),
+    sizes: Mapping[str, int] | None = None,
+    in_python: bool = False,
 ) -> list[Note]:
     """What is noticed in a function and in the functions of the file it uses, in order; [] if it is no Python.
 
@@ -42,6 +47,8 @@ def notes(
         Names of the results it must return, where that is known.
     sizes : dict, optional
         How many components its arguments have that are vectors.
+    in_python : bool
+        Whether it is run by Python: then nothing is noticed of where Taichi is another language.
     """
     try:
         source = _source(text)
@@ -58,7 +65,7 @@ def notes(
         compiled = (
             one == name or functions[one].decorator_list
         )  # else Python runs it while the others compile
-        notices = (*HABITS, *NAMES, *TRAPS) if compiled else (*NAMES, *TRAPS)
+        notices = PLAIN if in_python else (*HABITS, *NAMES, *TRAPS) if compiled else (*NAMES, *TRAPS)
         found += [note for notice in notices for note in notice(page)]
     defined = [n for n in source.tree.body if isinstance(n, ast.FunctionDef) and n.name == name]
     if len(defined) > 1:
@@ -73,12 +80,11 @@ def of(function: Callable[..., Any]) -> list[Note]:
     if getattr(function, "failure", None) is not None:
         return []
     task = getattr(function, "task", None)
-    if task is not None and task.in_python:  # what is noticed is where Taichi is not Python
-        return []
     asked = tuple(value.name for value in task.results) if task is not None else ()
-    sizes = {v.name: v.shape[0] for v in task.arguments if len(v.shape) == 1} if task is not None else {}
+    sizes = {v.name: v.shape[0] for v in task.seen if len(v.shape) == 1} if task is not None else {}
+    in_python = task is not None and task.in_python
     try:
-        return notes(_text(function), inspect.unwrap(function).__code__.co_name, asked, sizes)
+        return notes(_text(function), inspect.unwrap(function).__code__.co_name, asked, sizes, in_python)
     except (
         Exception
     ):  # a look at the text is a help, not a duty: no odd text may keep a function from being run

@@ -370,7 +370,30 @@ def _straight(shape: float, volume: float, indices: str = "bim,bjn") -> Any:
     return makes
 
 
+def _projected(least: float, instead: float) -> Any:
+    """Eigenvalues below some number replaced."""
+
+    def makes(a: Case) -> np.ndarray:
+        values, vectors = np.linalg.eigh((a.right + transposed(a.right)) / 2)
+        values = np.where(values < least, instead, values)
+        return (vectors * values[:, None, :]) @ transposed(vectors)
+
+    return makes
+
+
+def _magnitudes(a: Case) -> np.ndarray:
+    """Eigenvalues without their signs."""
+    values, vectors = np.linalg.eigh((a.right + transposed(a.right)) / 2)
+    return (vectors * np.abs(values)[:, None, :]) @ transposed(vectors)
+
+
 mistakes_d2psi_dF2 = (
+    Mistake(
+        "projected",
+        "The negative eigenvalues are taken away: this is another matrix, and no second derivative.",
+        "Return the Hessian as it is; the simulator projects it where Newton's method needs that.",
+        lambda a: (_projected(0.0, 0.0)(a), _projected(1e-6, 1e-3)(a), _magnitudes(a)),
+    ),
     Mistake(
         "column by column",
         "Rows and columns are numbered column by column of F; asked is row by row.",

@@ -81,12 +81,12 @@ def march(
     x: np.ndarray, steps: int, tolerance: float, objective: Any, gradient: Any, hessian: Any, solve: Any,
     sign: float = 1.0, enough: float | None = 1e-4, first: float = 1.0, keep: bool = False,
     most: int | None = None, fixed: bool = False, downhill: bool = False, halve: float = 0.5,
-    shortest: float = 1e-10, refuses: bool = True,
+    shortest: float = 1e-10, refuses: bool = True, held: bool = False, finite: bool = False,
 ) -> np.ndarray:  # fmt: skip
     """Newton's method, or one that is nearly that."""
-    step, H0 = first, hessian(x)
+    step, H0, g0 = first, hessian(x), gradient(x)
     for _ in range(steps if most is None else min(most, steps)):
-        g = gradient(x)
+        g = g0 if held else gradient(x)
         if np.linalg.norm(g) <= tolerance:
             break
         d = sign * (-g if downhill else solve(H0 if fixed else hessian(x), -g))
@@ -94,7 +94,8 @@ def march(
         step = step if keep else first
         while enough is not None and step > shortest:
             there = objective(x + step * d)
-            if there <= here + enough * step * slope or (not refuses and not there > here):
+            low_enough = there <= here + enough * step * slope or (not refuses and not there > here)
+            if there != np.inf if finite else low_enough:
                 break
             step *= halve
         x = x + step * d
@@ -116,7 +117,7 @@ mistakes_newtons_method = (
         "no line search",
         "Newton's whole step is taken always, also where it leads uphill or to where the objective is infinite.",
         "Compare the objective there with the one here; while it has not fallen enough, halve the step.",
-        _ways({"enough": None}, {"enough": -1e200}),
+        _ways({"enough": None}, {"enough": -1e200}, {"finite": True}),
     ),
     Mistake(
         "any decrease",
@@ -148,6 +149,12 @@ mistakes_newtons_method = (
         "You go against the gradient: the Hessian is not used.",
         "Newton's direction solves H d = -g: it knows how far it is.",
         _ways({"downhill": True}, {"downhill": True, "enough": None}),
+    ),
+    Mistake(
+        "gradient of the start",
+        "The gradient stays the one of the start, and so does the direction.",
+        "Each step needs gradient and Hessian at its own x: compute both within the loop.",
+        _ways({"fixed": True, "held": True}, {"held": True}, {"fixed": True, "held": True, "enough": None}),
     ),
     Mistake(
         "hessian of the start",

@@ -72,6 +72,16 @@ def dpsi_dF(F, C, D):
     return P @ F.transpose() / J
 
 
+# wrong: second-piola-kirchhoff | cause: cauchy
+@ti.func
+def dpsi_dF(F, C, D):
+    J = F.determinant()
+    G = F.inverse().transpose()
+    I1 = (F.transpose() @ F).trace()
+    P = 2 * C * J ** (-2 / 3) * (F - I1 / 3 * G) + 2 * D * (J - 1) * J * G
+    return F.inverse() @ P
+
+
 # wrong: no-two-in-the-shape | cause: halved
 @ti.func
 def dpsi_dF(F, C, D):

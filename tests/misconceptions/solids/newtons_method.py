@@ -131,6 +131,21 @@ def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps
     return x
 
 
+# wrong: all-of-the-start | cause: gradient of the start
+def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps):
+    g, H = gradient(x), hessian(x)
+    for _ in range(most_steps):
+        if np.linalg.norm(g) <= tolerance:
+            break
+        d = solve(H, -g)
+        here, slope = objective(x), g @ d
+        step = 1.0
+        while not objective(x + step * d) <= here + 1e-4 * step * slope and step > 1e-10:
+            step /= 2
+        x = x + step * d
+    return x
+
+
 # wrong: too-much-asked | cause: echo:x
 def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps):
     for _ in range(most_steps):

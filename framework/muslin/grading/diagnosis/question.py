@@ -108,17 +108,20 @@ class Question:
         """Whether a candidate is what came, in nearly all cases and in nearly all of the wrong ones."""
         wrong, came = self.wrong, self.seen(self.got)
         candidate = self.seen(np.broadcast_to(np.asarray(candidate, dtype=np.float64), self.got.shape))
-        broken = ~np.isfinite(came)
+        broken = beyond(came)
         if broken.all(axis=1).mean() > 0.5:
             return False  # nothing in common with anything
-        alike = (broken == ~np.isfinite(candidate)).all(axis=1)
+        alike = (broken == beyond(candidate)).all(axis=1)
         came, candidate = (np.where(broken, 0.0, array) for array in (came, candidate))
         bound = 1e-6 * norm(candidate) + 1e-10 * self.scale
         same = alike & (norm(came - candidate) <= bound)
         # A mistake that changes nothing explains nothing.
         changed = ~(norm(candidate - self.seen(self.right)) <= bound) | broken.any(axis=1)
         mistaken = same & wrong & changed
-        return bool(mistaken.sum() >= share * wrong.sum() and same.mean() >= share)
+        # Where what came is so nearly right that it is as near to both, a case speaks for neither.
+        speaks = wrong & (changed | ~same)
+        enough = mistaken.sum() >= share * speaks.sum() and mistaken.sum() > wrong.sum() / 2
+        return bool(enough and same.mean() >= share)
 
     def factor(self) -> np.ndarray | None:
         """Number of each case by which the right answer must be multiplied, NaN where it is zero, (b,)."""
@@ -130,6 +133,11 @@ class Question:
             return None
         vanishing = norm(right) <= 1e-9 * self.scale
         return np.where(vanishing, np.nan, number)
+
+
+def beyond(array: np.ndarray) -> np.ndarray:
+    """Where numbers are not finite, or larger than any that the data on mistakes hold."""
+    return ~(np.abs(array) <= np.finfo(np.float32).max)
 
 
 #: Looks for a mistake.
