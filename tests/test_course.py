@@ -144,8 +144,8 @@ def test_which_assignment_is_answered_a_submission_says_itself_and_nothing_else_
     assert (record.assignment["name"], record.score, record.max_score) == ("toy", 30, 30)
     assert "30 of 30 points" in told("grade", str(tmp_path / "handed.zip"), folder=tmp_path)
     manifest.write_text(re.sub(r'^name = "toy"', 'name = "../toy"', manifest.read_text(), flags=re.MULTILINE))
-    with pytest.raises(muslin.MuslinError, match="cannot be graded"):
-        muslin.grade(work)  # as cloth, of which there is nothing
+    with pytest.raises(muslin.MuslinError, match=r"names the assignment '\.\./toy', and there is none"):
+        muslin.grade(work)
     assert muslin.grade(work, "toy").score == 30
 
 

@@ -18,6 +18,7 @@ from muslin.mesh.tets import signed_volumes
 from muslin.physics.skinning import bind
 from muslin.physics.solid import ENERGIES, Solid, constants
 from muslin.present import demo_solids, pictures
+from muslin.present.strain import vertex_stress
 from muslin.simulation import scenes
 from muslin.simulation.model import Model
 from muslin.simulation.runs import RunFolder
@@ -122,6 +123,48 @@ def test_backward_euler_never_gains_energy_and_never_turns_a_tetrahedron_over(na
         assert run.energies.contacts.max() > 0
     if name == "twist":
         assert run.energies.kinetic[-1] > 0.1 * run.energies.elastic[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "smaller"), [("twist", {"resolution": 3}), ("drop", {"mesh": "ball", "resolution": 3})]
+)
+def test_a_scene_goes_to_its_end_without_an_overturned_tetrahedron_or_energy_from_nowhere(
+    name, smaller, tmp_path
+):
+    run = muslin.simulate(name, out=tmp_path / "run", frame_every=1, **smaller)
+    kept = RunFolder(tmp_path / "run")
+    assert len(kept.simulated) == len(run.energies) == scenes.get(name).steps + 1
+    volumes = np.array([signed_volumes(x, kept.cells) for x in kept.simulated])
+    assert (volumes > 0.1 * signed_volumes(kept.X, kept.cells)).all()  # and none is NaN
+    total = run.energies.total
+    assert np.isfinite(total).all()
+    assert np.diff(total).max() <= 1e-9 * np.abs(total).max()
+    if name == "drop":
+        assert run.energies.contacts.max() > 0
+
+
+def test_the_stress_of_a_stretched_bar_is_drawn_from_white_to_red_with_its_scale(tmp_path):
+    """Pulled along its axis, a bar has E times its strain everywhere; small, so that the law hardly matters."""
+    folder = tmp_path / "run"
+    muslin.simulate("twist", steps=1, out=folder, resolution=3, turns=0.1, nu=0.0)
+    kept = RunFolder(folder)
+    stretched = kept.X * (1.001, 1.0, 1.0)
+    np.testing.assert_allclose(vertex_stress(kept)(stretched), 100.0, rtol=2e-3)
+    show = pictures.Show(kept, (160, 90), "draft", stress=True)
+    stress = show.stress(0)
+    assert show.legend.top == pytest.approx(max(np.percentile(show.stress(k), 99.5) for k in (0, 1)) / 1e3)
+    values = show.surfaces(0)[0].values
+    np.testing.assert_allclose(values, 1 + stress / (1e3 * show.legend.top))
+    assert [show.legend.label(t) for t in (0, 1)] == ["0", f"{show.legend.top:.3g}"]
+    assert show.picture(0).shape == (90, 160, 3)
+    with pytest.raises(MuslinError, match="strain or stress"):
+        pictures.Show(kept, (160, 90), "draft", strain=True, stress=True)
+
+
+def test_stress_is_not_shown_of_cloth(tmp_path):
+    muslin.simulate("drape", steps=1, out=tmp_path / "run", resolution=4)
+    with pytest.raises(MuslinError, match="is a run of cloth, and stress is shown of solids"):
+        pictures.render_run(tmp_path / "run", stress=True)
 
 
 def test_what_is_held_is_held_and_where_is_said_by_place():

@@ -120,6 +120,9 @@ def render(
     size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "1280x720",
     still: Annotated[float | None, typer.Option(help="Time of the still [s]. Default: the scene's.")] = None,
     strain: Annotated[bool, typer.Option(help="Colour the cloth by its stretch, with a legend.")] = False,
+    stress: Annotated[
+        bool, typer.Option(help="Colour a solid by its von Mises stress, with a legend.")
+    ] = False,
     wireframe: Annotated[bool, typer.Option(help="Draw the triangles' edges.")] = False,
 ) -> None:
     """Render a run off-screen: a film, a still and a plot of the energies."""
@@ -128,7 +131,7 @@ def render(
     with progress("rendering") as tick:
         written = show.render_run(
             run, out, to, still, tick,
-            size=_size(size), quality=quality.value, strain=strain, wireframe=wireframe,
+            size=_size(size), quality=quality.value, strain=strain, stress=stress, wireframe=wireframe,
         )  # fmt: skip
     say(f"Wrote {show.shown(written)}.")
 

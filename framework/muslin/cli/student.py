@@ -183,6 +183,9 @@ def run(
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.draft,
     size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "960x540",
     strain: Annotated[bool, typer.Option(help="Colour the cloth by its stretch, with a legend.")] = False,
+    stress: Annotated[
+        bool, typer.Option(help="Colour a solid by its von Mises stress, with a legend.")
+    ] = False,
     display: Annotated[
         str | None, typer.Option(help="A finer mesh to carry along and show: one of Muslin's, or a file.")
     ] = None,
@@ -221,7 +224,7 @@ def run(
         )
     from muslin.present import pictures as show
 
-    pictures: dict[str, Any] = {"quality": quality.value, "size": picture, "strain": strain}
+    pictures: dict[str, Any] = {"quality": quality.value, "size": picture, "strain": strain, "stress": stress}
     if came.written:
         with progress("rendering") as tick:
             written = show.render_run(folder, None, "mp4" if film else "none", None, tick, **pictures)

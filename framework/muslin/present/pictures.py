@@ -20,9 +20,9 @@ from muslin.render import stage
 from muslin.simulation.runs import RunFolder
 
 if TYPE_CHECKING:
-    from muslin.export import Animation, Solid
+    from muslin.export import Animation
 from muslin.present.naming import beside, placed
-from muslin.present.strain import solid_strain, vertex_strain
+from muslin.present.strain import cell_stress, solid_strain, vertex_strain, vertex_stress
 
 #: The cloth's back: a shade darker than its front, so that folds read as one cloth.
 BACK = "#a63d2b"
@@ -42,6 +42,8 @@ class Show:
     quality : {"draft", "good", "best"}
     strain : bool
         Colour the cloth by its largest principal stretch, with a legend.
+    stress : bool
+        Colour a solid by its von Mises stress, with a legend.
     wireframe : bool
         Draw the triangles' edges.
     around : (k, 3) array, optional
@@ -58,6 +60,7 @@ class Show:
         quality: str = "good",
         strain: bool = False,
         wireframe: bool = False,
+        stress: bool = False,
         around: Any = None,
         sinks: float | None = None,
     ):
@@ -72,6 +75,14 @@ class Show:
             reach = round(min(most - 1, 0.95) * 1.05, 2)
             self.cloth = render.Material("strain", lo=1 - reach, hi=1 + reach)
             self.legend = render.Legend(1 - reach, 1 + reach)
+        self._top = 0.0
+        if stress:
+            if strain:
+                raise MuslinError("A picture shows strain or stress, not both.", "Choose one.")
+            highest = (np.percentile(self.stress(k), 99.5) for k in _some(len(self.frames), 12))
+            self._top = max(1e-30, *map(float, highest))
+            self.cloth = render.Material("strain", lo=0.0, hi=2.0)
+            self.legend = render.Legend(0.0, 2.0, "von Mises stress [kPa]", top=self._top / 1e3)
         self._cameras: dict[int, render.Camera] = {}
         self._ground = stage.ground(self.scene.ground or 0.0)
         self._fixed = None if around is None else render.fit_camera(around, self.scene.view, size)
@@ -91,6 +102,17 @@ class Show:
         if self.run.cells is None:
             return vertex_strain(self.run.rest, self.frames[k], self.run.shown_triangles)
         inside = solid_strain(self.run.X, self.run.simulated[k], self.run.cells)
+        return self._shown(inside)
+
+    def stress(self, k: int) -> np.ndarray:
+        """Von Mises stress of a solid, averaged onto the vertices shown, (n,) [Pa]."""
+        return self._shown(self._stress(self.run.simulated[k]))
+
+    @functools.cached_property
+    def _stress(self) -> Callable[[np.ndarray], np.ndarray]:
+        return vertex_stress(self.run)
+
+    def _shown(self, inside: np.ndarray) -> np.ndarray:
         return inside if self._skin is None else self._skin.carry(inside[:, None])[:, 0]
 
     @functools.cached_property
@@ -103,7 +125,9 @@ class Show:
 
     def surfaces(self, k: int) -> list[render.Surface]:
         """Cloth, colliders and ground in frame k."""
-        values = self.strain(k) if self.legend else None
+        values = (
+            None if self.legend is None else 1 + self.stress(k) / self._top if self._top else self.strain(k)
+        )
         cloth = render.Surface(self.frames[k], self.run.shown_triangles, self.cloth, self.uv, values)
         others = [_surface(c, self.depth) for c in self.colliders(k)]
         if self.scene.ground is not None:
@@ -198,7 +222,7 @@ def render_run(
     every : int
         Film only every so many frames, at as many fewer frames per second.
     **options
-        size, quality, strain, wireframe: see `Show`.
+        size, quality, strain, stress, wireframe: see `Show`.
 
     Returns
     -------
@@ -240,7 +264,7 @@ def render_pair(
     on_frame : callable, optional
         Called as (frame, frames).
     **options
-        size, quality, strain, wireframe: see `Show`.
+        size, quality, strain, stress, wireframe: see `Show`.
     """
     out.parent.mkdir(parents=True, exist_ok=True)
     return _pictures(Pair(RunFolder(folder), RunFolder(reference), **options), out, film, None, on_frame)
@@ -272,7 +296,7 @@ class Pair:
         self.size, self.labels, self.scene = (2 * half, size[1]), labels, right.scene
         self.shows = Show(left, (half, size[1]), **options), Show(right, (half, size[1]), **options)
         theirs, measure = self.shows
-        theirs.cloth, theirs.legend = measure.cloth, measure.legend
+        theirs.cloth, theirs.legend, theirs._top = measure.cloth, measure.legend, measure._top
         theirs.camera = lambda k: measure.camera(min(k, len(measure.times) - 1))  # type: ignore[method-assign]
         self.times = max((show.times for show in self.shows), key=len)
         self.whole = measure.whole
@@ -324,7 +348,7 @@ def energy_plot(run: RunFolder, base: Path) -> list[Path]:
 
 def animation(folder: Path | str) -> Animation:
     """A run as an animation to export."""
-    from muslin.export import Animation, Prop
+    from muslin.export import Animation, Prop, Solid
 
     run = RunFolder(folder)
     show = Show(run)
@@ -338,18 +362,8 @@ def animation(folder: Path | str) -> Animation:
     return Animation(
         show.times, run.frames, run.shown_triangles, run.rest,
         name=run.scene.name, props=tuple(props), strain=show.strain,
-        solid=_solid(run),
+        solid=None if run.solid is None else Solid(run.simulated, run.solid.cells, run.X, cell_stress(run)),
     )  # fmt: skip
-
-
-def _solid(run: RunFolder) -> Solid | None:
-    """What is inside the surface of a run of a solid."""
-    from muslin.export import Solid
-
-    if run.solid is None:
-        return None
-    body = run.scene.body(run.solid, None, run.description["energy"], "closed", ())
-    return Solid(run.simulated, run.solid.cells, run.X, getattr(body, "von_mises", None))
 
 
 def export_run(folder: Path | str, to: str | None = None, out: Path | str | None = None) -> list[Path]:

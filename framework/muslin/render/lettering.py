@@ -28,6 +28,20 @@ class Legend:
     hi: float
     title: str = "principal stretch"
     corner: str = "bottom right"
+    top: float | None = None
+
+    def values(self, t: NDArray[np.float64]) -> NDArray[np.float64]:
+        """What is painted at places on the scale, from 0 to 1."""
+        if self.top is not None:
+            return 1 + t * (self.hi - 1)
+        return np.where(t < 0.5, self.lo + 2 * t * (1 - self.lo), 1 + (2 * t - 1) * (self.hi - 1))
+
+    def label(self, t: float) -> str:
+        """The number at a place on the scale."""
+        if self.top is not None:
+            return f"{t * self.top:.3g}"
+        digits = max(2, int(np.ceil(-np.log10(min(1 - self.lo, self.hi - 1) / 2) + 0.3)))
+        return f"{float(self.values(np.array(t))):.{digits}f}".rstrip("0").rstrip(".")
 
 
 def text_overlay(image: Image, text: str, corner: str = "top left") -> Image:
@@ -72,17 +86,13 @@ def draw_legend(image: Image, legend: Legend) -> Image:
     pen.text((x0 + panel[0] / 2, y0 + 10 * unit), legend.title, font=font, fill=ink, anchor="mt")
     bx, by = int(x0 + (panel[0] - bar[0]) / 2), int(y0 + 36 * unit)
     t = (np.arange(bar[0]) + 0.5) / bar[0]
-    values = np.where(t < 0.5, legend.lo + 2 * t * (1 - legend.lo), 1 + (2 * t - 1) * (legend.hi - 1))
-    strip = np.repeat(strain_colours(values, legend.lo, legend.hi)[None], bar[1], axis=0)
+    strip = np.repeat(strain_colours(legend.values(t), legend.lo, legend.hi)[None], bar[1], axis=0)
     picture.paste(Pillow.fromarray(strip), (bx, by))
     pen.rectangle((bx - 1, by - 1, bx + bar[0], by + bar[1]), outline=(120, 124, 130))
-    quarter = (legend.lo, (legend.lo + 1) / 2, 1.0, (1 + legend.hi) / 2, legend.hi)
-    digits = max(2, int(np.ceil(-np.log10(min(1 - legend.lo, legend.hi - 1) / 2) + 0.3)))
-    for where, value in zip((0, 0.25, 0.5, 0.75, 1), quarter, strict=True):
+    for where in (0, 0.25, 0.5, 0.75, 1):
         x = bx + where * (bar[0] - 1)
         pen.line((x, by + bar[1], x, by + bar[1] + gap * 0.7), fill=ink)
-        label = f"{value:.{digits}f}".rstrip("0").rstrip(".")
-        pen.text((x, by + bar[1] + gap * 1.3), label, font=small, fill=ink, anchor="mt")
+        pen.text((x, by + bar[1] + gap * 1.3), legend.label(where), font=small, fill=ink, anchor="mt")
     return np.array(picture)
 
 
