@@ -34,6 +34,7 @@ COMMANDS = {
     "scenes",
     "handout",
     "view",
+    "play",
     "simulate",
     "render",
     "export",

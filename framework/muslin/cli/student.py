@@ -17,7 +17,7 @@ from muslin.cli.app import (
     Setting,
     app,
 )
-from muslin.cli.console import note, progress, say
+from muslin.cli.console import note, progress, say, say_raw
 
 if TYPE_CHECKING:
     from muslin.student.workspace import Workspace
@@ -71,11 +71,18 @@ def start(
     say(f"Read README.md, then write the first function: {first.name}, at {made.place(first.name)}.")
 
 
+Problems = Annotated[
+    bool,
+    typer.Option("--problems", help="Also say what fails in lines for editors: FILE:LINE: error: what."),
+]
+
+
 @app.command()
-def check(tasks: Tasks = None, functions: Functions = None) -> None:
+def check(tasks: Tasks = None, functions: Functions = None, problems: Problems = False) -> None:
     """Check functions on public cases and for what must always hold: what is wrong, the likely mistake, a next step."""
     from muslin.student import checking
     from muslin.student import progress as standing
+    from muslin.student.problems import lines
     from muslin.student.workspace import find
 
     workspace = find(functions)
@@ -89,6 +96,9 @@ def check(tasks: Tasks = None, functions: Functions = None) -> None:
         for report in checker.check(workspace, names):
             reports.append(report)
             say("\n".join(checking.told(workspace, report, width)))
+    if problems:
+        for line in lines(workspace, reports):
+            say_raw(line)
     green = sum(report.status == checking.GREEN for report in reports)
     say(checking.summary(workspace, reports))
     for news in _news(workspace):
@@ -274,12 +284,13 @@ def watch(
     scene: Annotated[
         str | None, typer.Option(help="What the key r runs. Default: the assignment's own scene.")
     ] = None,
+    problems: Problems = False,
 ) -> None:
     """Check whenever you save a file. Keys: h hint, l list, n next, r run, q quit."""
     from muslin.student import watching
     from muslin.student.workspace import find
 
-    watching.watch(find(folder), say, scene)
+    watching.watch(find(folder), say, scene, say_raw if problems else None)
 
 
 @app.command()

@@ -17,7 +17,7 @@ from typing import Any
 
 from muslin.base.errors import MuslinError
 from muslin.reading import source
-from muslin.student import checking, hints, progress
+from muslin.student import checking, editors, hints, problems, progress
 from muslin.student.workspace import Workspace, find
 
 #: How often files and keys are looked at [s].
@@ -36,9 +36,18 @@ class Watch:
         Prints a line.
     scene : str, optional
         What the key r runs; default the assignment's own.
+    problems : callable, optional
+        Prints a line for editors, as it is.
     """
 
-    def __init__(self, workspace: Workspace, say: Callable[[str], Any], scene: str | None = None):
+    def __init__(
+        self,
+        workspace: Workspace,
+        say: Callable[[str], Any],
+        scene: str | None = None,
+        problems: Callable[[str], Any] | None = None,
+    ):
+        self.problems, self.reports = problems, dict[str, checking.Report]()
         self.workspace, self.say, self.scene = workspace, say, scene or workspace.scene
         self.checker = checking.Checker(ready=("muslin.grading.diagnosis", "muslin.judging.properties"))
         self.texts: dict[str, str] = {}
@@ -56,7 +65,12 @@ class Watch:
         self.keys = {s.task.name: self.workspace.key(s.task.name, self.texts) for s in found}
         keys = "   ".join(f"{key} {word}" for key, word in KEYS.items())
         self.say(f"Watching {self.workspace.folder.resolve().name}/. Save a file and it is checked.   {keys}")
-        unsure = [s.task.name for s in found if s.status == progress.UNCHECKED]
+        open_ = (
+            progress.UNCHECKED,
+            *((progress.UNREADABLE, checking.WRONG, checking.ERROR) if self.problems else ()),
+        )
+        unsure = [s.task.name for s in found if s.status in open_]
+        self._tell([])
         if unsure:
             self._check(unsure)
         else:
@@ -133,6 +147,7 @@ class Watch:
             brief = report.task != (self.current or report.task) and len(names) > 1
             self._lines(checking.told(self.workspace, report, width, brief))
             reports.append(report)
+        self._tell(reports)
         if self.left:
             self.say("Saved again: what has changed is checked once more.")
             return
@@ -143,6 +158,14 @@ class Watch:
             self.current = found.task.name if found else None
         self._where(f"   ({took:.1f} s)")
         self.checker.warm()  # a new worker gets ready while the student thinks
+
+    def _tell(self, reports: list[checking.Report]) -> None:
+        """What fails, for editors: all of it, since they forget what was said before."""
+        self.reports |= {report.task: report for report in reports}
+        if self.problems:
+            told = problems.lines(self.workspace, self.reports.values())
+            for line in (editors.BEGINS, *told, editors.ENDS):
+                self.problems(line)
 
     def _where(self, note: str = "") -> None:
         found = progress.standings(self.workspace)
@@ -179,9 +202,14 @@ def _stamp(path: Path) -> tuple[int, int] | None:
     return status.st_mtime_ns, status.st_size
 
 
-def watch(workspace: Workspace, say: Callable[[str], Any], scene: str | None = None) -> None:
+def watch(
+    workspace: Workspace,
+    say: Callable[[str], Any],
+    scene: str | None = None,
+    problems: Callable[[str], Any] | None = None,
+) -> None:
     """Watch until q is pressed, Ctrl-C comes, or the workspace is gone."""
-    session = Watch(workspace, say, scene)
+    session = Watch(workspace, say, scene, problems)
     try:
         session.begin()
         with _keys() as pressed:

@@ -10,8 +10,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import os
-import sys
 import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field
@@ -22,6 +20,7 @@ from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.base.version import __version__
 from muslin.reading import source, syntax
+from muslin.student import editors
 from muslin.tasks import MANIFEST, Assignment, Task, assignment, named_in
 
 FOLDER = ".muslin"
@@ -232,7 +231,7 @@ def start(name: str, folder: Path) -> list[str]:
             "nothing was changed.",
             "Go there and type: muslin list",
         )
-    files = {**given, **{path: text.encode() for path, text in _settings(folder).items()}}
+    files = {**given, **{path: text.encode() for path, text in editors.settings(folder).items()}}
     files |= {f"{FOLDER}/given/{file}.given": given[file] for file in table.files}
     files[f"{FOLDER}/workspace.json"] = description(name).encode()
     if there := [file for file in files if (folder / file).exists()]:
@@ -287,48 +286,6 @@ def reference_sum(name: str, task: str) -> str:
     """Checksum of a task's public cases; empty where there are none."""
     path = paths.reference(name) / f"{task}.npz"
     return checksum(path.read_bytes()) if path.is_file() else ""
-
-
-# --- editor settings -------------------------------------------------------------------------------------
-
-
-def _settings(folder: Path) -> dict[str, str]:
-    """Settings that make completion and jump-to-definition work, by path.
-
-    Editors need to know which Python has Muslin. Where its virtual environment lies in the workspace or beside
-    it, that is written down *relative* to the workspace, so that moving both keeps it true. Where it lies
-    elsewhere nothing is written: Pyright and VS Code then take the environment that is active, and a path of
-    this machine would only go stale. Types are not checked: Taichi functions are not typed Python.
-    """
-    pyright = ['typeCheckingMode = "off"', 'exclude = ["runs", ".muslin"]']
-    vscode: dict[str, Any] = {}
-    if (environment := _environment(folder)) is not None:
-        pyright += [f'venvPath = "{environment.parent.as_posix()}"', f'venv = "{environment.name}"']
-        python = "Scripts/python.exe" if os.name == "nt" else "bin/python"
-        vscode["python.defaultInterpreterPath"] = f"${{workspaceFolder}}/{environment.as_posix()}/{python}"
-    vscode |= {"files.exclude": {"**/.muslin": True, "**/__pycache__": True}, "editor.rulers": [110]}
-    return {
-        "pyproject.toml": "\n".join(
-            [
-                "# For your editor: which Python to ask for completion, and how long lines are.",
-                "[tool.pyright]", *pyright, "", "[tool.ruff]", "line-length = 110", "",
-            ]
-        ),
-        ".vscode/settings.json": json.dumps(vscode, indent=2) + "\n",
-        ".vscode/extensions.json": json.dumps({"recommendations": ["ms-python.python"]}, indent=2) + "\n",
-        ".gitignore": "__pycache__/\nruns/\n*.zip\n.muslin/backup/\n",
-    }  # fmt: skip
-
-
-def _environment(folder: Path) -> Path | None:
-    """The running virtual environment, relative to the workspace, if it is in it or at most two folders up."""
-    prefix, here = Path(sys.prefix), folder.resolve()
-    if sys.prefix == sys.base_prefix:
-        return None
-    for above in (here, here.parent, here.parent.parent):
-        if prefix.parent == above and above != Path(above.anchor):
-            return Path(os.path.relpath(prefix, here))
-    return None
 
 
 def _json(path: Path) -> dict[str, Any]:
