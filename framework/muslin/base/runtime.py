@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from muslin.base import engine
-from muslin.base.engine import inside
+from muslin.base.engine import inside, loops
 from muslin.base.errors import MuslinError
 
 #: The engine's own passes that LLVM repeats behind it: without them kernels compile in two thirds of the time, run as
@@ -163,6 +163,7 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
         inside.refuse_bad_indices(debug)
         inside.compile_faster()
         inside.tell_plainly()
+        loops.nest()
         program = inside.program() if inside.has("the running program") else object()
         _started.update(threads=threads, program=program, process=os.getpid())
     return ti

@@ -22,20 +22,16 @@ import numpy as np
 
 from muslin.base.engine.choice import load
 
+
+def _in_both(*places: str) -> dict[str, tuple[str, ...]]:
+    return {"taichi": places, "quadrants": places}
+
+
 #: What a part is used for -> where either engine keeps it: a module below its own, and names in it.
 PARTS: dict[str, dict[str, tuple[str, ...]]] = {
-    "the running program": {
-        "taichi": ("lang.impl:get_runtime",),
-        "quadrants": ("lang.impl:get_runtime",),
-    },
-    "the configuration": {
-        "taichi": ("lang.impl:current_cfg", "lang.impl:default_cfg"),
-        "quadrants": ("lang.impl:current_cfg", "lang.impl:default_cfg"),
-    },
-    "whether there is a device": {
-        "taichi": ("lang.misc:is_arch_supported",),
-        "quadrants": ("lang.misc:is_arch_supported",),
-    },
+    "the running program": _in_both("lang.impl:get_runtime"),
+    "the configuration": _in_both("lang.impl:current_cfg", "lang.impl:default_cfg"),
+    "whether there is a device": _in_both("lang.misc:is_arch_supported"),
     "binding a kernel to its arrays": {
         "taichi": ("lang.kernel_impl:Kernel.ensure_compiled", "_lib:core.KernelLaunchContext"),
         "quadrants": ("lang.kernel:Kernel.ensure_compiled", "_lib:core.KernelLaunchContext"),
@@ -80,6 +76,10 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
             "lang.expr:Expr",
         ),
     },
+    "nesting loops": _in_both(
+        "lang.ast.ast_transformer:ASTTransformer.build_ndrange_for",
+        "lang.ast.ast_transformer:ASTTransformer.build_range_for",
+    ),
     "naming a bad index": {
         "taichi": (
             "lang.impl:subscript",
@@ -101,7 +101,7 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
 }
 
 
-def _module(name: str) -> Any:
+def own_module(name: str) -> Any:
     """A module below the engine's own; None if there is none."""
     try:
         return importlib.import_module(f"{load().__name__}.{name}")
@@ -114,7 +114,7 @@ def has(part: str) -> bool:
     """Whether the engine has all of a part."""
     places = (place.split(":") for place in PARTS[part][load().__name__])
     return all(
-        functools.reduce(lambda found, name: getattr(found, name, None), names.split("."), _module(module))
+        functools.reduce(lambda found, name: getattr(found, name, None), names.split("."), own_module(module))
         is not None
         for module, names in places
     )
@@ -132,7 +132,7 @@ def program() -> Any:
     """The program of the last `init`; None before there is one, or if that cannot be known."""
     if not has("the running program"):
         return None
-    runtime = _module("lang.impl").get_runtime()
+    runtime = own_module("lang.impl").get_runtime()
     return runtime._prog if hasattr(runtime, "_prog") else getattr(runtime, "prog", None)
 
 
@@ -140,13 +140,13 @@ def setting(name: str) -> Any:
     """A setting of the running program, or of one to come; None if it cannot be known."""
     if not has("the configuration"):
         return None
-    impl = _module("lang.impl")
+    impl = own_module("lang.impl")
     return getattr(impl.default_cfg() if program() is None else impl.current_cfg(), name, None)
 
 
 def change(name: str, value: Any) -> None:
     """Change a setting of the running program, if it has it."""
-    if has("the configuration") and hasattr(config := _module("lang.impl").current_cfg(), name):
+    if has("the configuration") and hasattr(config := own_module("lang.impl").current_cfg(), name):
         setattr(config, name, value)
 
 
@@ -156,7 +156,7 @@ def runs_on(arch: str) -> bool:
     where = getattr(ti, arch, None)
     if where is None or not has("whether there is a device"):
         return False
-    return bool(_module("lang.misc").is_arch_supported(where))
+    return bool(own_module("lang.misc").is_arch_supported(where))
 
 
 def has_windows() -> bool:
@@ -228,7 +228,7 @@ def compile_faster() -> None:
     kernel takes to compile. Called whenever the engine starts.
     """
     ti = load()
-    utils = _module("lang.ast.ast_transformer_utils")
+    utils = own_module("lang.ast.ast_transformer_utils")
     if utils is None or hasattr(utils, "muslin"):
         return
     utils.muslin = True
@@ -238,13 +238,13 @@ def compile_faster() -> None:
     if places and ti.__name__ == "taichi":
         _keep_places(utils.ASTTransformerContext)
     if has("reading sources once"):
-        reader = _module("lang.kernel_impl" if ti.__name__ == "taichi" else "lang._func_base")
+        reader = own_module("lang.kernel_impl" if ti.__name__ == "taichi" else "lang._func_base")
         for name in ("getsourcelines", "getsourcefile", "get_source_info_and_src"):
             if hasattr(reader, name):
                 setattr(reader, name, functools.cache(getattr(reader, name)))
         reader.textwrap = SimpleNamespace(fill=functools.cache(textwrap.fill), dedent=textwrap.dedent)
     if ti.__name__ == "quadrants" and has("reading kernels once, not twice"):
-        _read_once(_module("lang.kernel").Kernel)
+        _read_once(own_module("lang.kernel").Kernel)
 
 
 class _Wrapper(textwrap.TextWrapper):
@@ -338,15 +338,15 @@ def tell_plainly() -> None:
     where a call fails it trips over names of its own.
     """
     if load().__name__ == "quadrants" and has("telling a mistake once"):
-        wrong = _module("lang.exception").QuadrantsCompilationError
+        wrong = own_module("lang.exception").QuadrantsCompilationError
 
         def format_exc() -> str:
             return "" if isinstance(sys.exc_info()[1], wrong) else traceback.format_exc()
 
-        _module("lang.ast.ast_transformer_utils").traceback = SimpleNamespace(format_exc=format_exc)
+        own_module("lang.ast.ast_transformer_utils").traceback = SimpleNamespace(format_exc=format_exc)
     if load().__name__ == "quadrants" and has("naming what was called"):
-        transformer = _module("lang.ast.ast_transformers.call_transformer")
-        missing = {"args": (object.__new__(_module("lang.expr").Expr),), "math": math, "np": np}
+        transformer = own_module("lang.ast.ast_transformers.call_transformer")
+        missing = {"args": (object.__new__(own_module("lang.expr").Expr),), "math": math, "np": np}
         for name, value in missing.items():
             if not hasattr(transformer, name):
                 setattr(transformer, name, value)
@@ -361,7 +361,7 @@ def refuse_bad_indices(debug: bool = False) -> None:
     """
     if not has("naming a bad index"):
         return
-    core, impl, ops = load()._lib.core, _module("lang.impl"), _module("lang.ops")
+    core, impl, ops = load()._lib.core, own_module("lang.impl"), own_module("lang.ops")
     claim = impl.ti_assert if hasattr(impl, "ti_assert") else impl.qd_assert
     original = getattr(impl.subscript, "original", impl.subscript)
 
@@ -373,7 +373,7 @@ def refuse_bad_indices(debug: bool = False) -> None:
             if isinstance(index, int):
                 if not 0 <= index < size:
                     raise IndexError(f"{index} is not an index of {what}: they run from 0 to {size - 1}")
-            elif debug and isinstance(index, _module("lang.expr").Expr) and not index.is_tensor():
+            elif debug and isinstance(index, own_module("lang.expr").Expr) and not index.is_tensor():
                 inside = ops.logical_and(index >= 0, index < size)
                 message = f"%d is {OUT_OF_RANGE} {what}"
                 place = core.DebugInfo(impl.get_runtime().get_current_src_info())
@@ -387,10 +387,10 @@ def refuse_bad_indices(debug: bool = False) -> None:
 
 def _extent(value: Any) -> tuple[tuple[int, ...], str]:
     """Shape of what is indexed, where it is known, and its name."""
-    if isinstance(value, _module("lang.expr").Expr) and value.is_tensor():
+    if isinstance(value, own_module("lang.expr").Expr) and value.is_tensor():
         shape = tuple(value.get_shape())
         return shape, f"a vector of {shape[0]}" if len(shape) == 1 else f"a {shape[0]}x{shape[1]} matrix"
-    if isinstance(value, _module("lang.field").Field) and value.snode is not None:
+    if isinstance(value, own_module("lang.field").Field) and value.snode is not None:
         shape = tuple(value.shape)
         return shape, f"a field of {'x'.join(map(str, shape))}"
     return (), ""
