@@ -19,6 +19,7 @@ import numpy as np
 
 from muslin.base.errors import MuslinError, SimulationError, choices
 from muslin.physics.colliders import Contacts, respond
+from muslin.physics.selfcontact import SelfContact
 from muslin.simulation import by_student, newton, second_order
 from muslin.simulation.model import NOBODY, Model, Spring, State
 from muslin.simulation.touching import Touching
@@ -294,11 +295,21 @@ def steps(model: Model, state: State, dt: float, name: str, count: int | None = 
             model.spring = model.pull(state.time)
         following = advance(model, state, dt)
         _require_sound(following)
+        if model.self_contact is not None:
+            _uncross(model.self_contact, state, following, dt)
         model.body.update(following.x)
         state = following
         if step != count:
             model.prepare()  # the energies that somebody may ask for between, and what the next step needs
         yield state
+
+
+def _uncross(contact: SelfContact, state: State, following: State, dt: float) -> None:
+    """End a step where the body does not cross itself; the velocity is that of the way really gone."""
+    reached, apart = contact.reached(state.x, following.x)
+    if reached is not following.x:
+        following.v += (reached - apart - following.x) / dt
+        following.x = reached
 
 
 def _require_sound(state: State) -> None:

@@ -19,6 +19,7 @@ from muslin.physics.colliders import (
     native_contact,
     native_filter,
 )
+from muslin.physics.selfcontact import SelfContact
 from muslin.solve.solvers import System
 
 
@@ -86,6 +87,8 @@ class Model:
         Whether contacts change the velocity after the system is solved, or are part of the system.
     stretch_limit : float
         Largest principal stretch that a step may end with, above 1 (see `muslin.physics.elements.limit`); 0: any.
+    self_contact : SelfContact, optional
+        Keeps the body from crossing itself; without it, nothing does.
     """
 
     body: Body
@@ -102,6 +105,7 @@ class Model:
     tolerance: float = 1e-8
     contact: str = CONTACT[0]
     stretch_limit: float = 0.0
+    self_contact: SelfContact | None = None
 
     def __post_init__(self) -> None:
         from muslin.physics.elements.contact import Detection, Response

@@ -16,6 +16,8 @@ from muslin import mesh as meshes
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.mesh import Mesh, TetMesh
+from muslin.physics.body import Body
+from muslin.physics.selfcontact import SELF_COLLISION, SelfContact
 from muslin.simulation import scenes
 from muslin.simulation.marching import Run, march
 from muslin.simulation.model import Model, State
@@ -69,10 +71,25 @@ def build(
         contact=scene.contact,
         stretch_limit=scene.stretch_limit,
         tolerance=scene.tolerance,
+        self_contact=_self_contact(scene, body, x),
     )
     v = np.tile(np.asarray(scene.start_velocity, float), (len(x), 1))
     v[pinned] = 0.0
     return model, State(x, v)
+
+
+def _self_contact(scene: Scene, body: Body, x: np.ndarray) -> SelfContact | None:
+    """What keeps a scene's body from crossing itself, where the scene wants that."""
+    if scene.self_collision == SELF_COLLISION[0]:
+        return None
+    masses = np.asarray(body.mass.sum(axis=1)).ravel()[::3]
+    contact = SelfContact(body.X, body.surface, masses, scene.thickness)
+    if contact.crosses(x):
+        raise MuslinError(
+            f"The {body.word} of {scene.name!r} crosses itself where it starts: it cannot be kept from that.",
+            "Start it elsewhere, or use --set self_collision=off.",
+        )
+    return contact
 
 
 def simulate(

@@ -18,6 +18,7 @@ from muslin.physics.bending import require_model
 from muslin.physics.body import Body
 from muslin.physics.colliders import CONTACT, Collider, Plane, Sphere
 from muslin.physics.material import lame
+from muslin.physics.selfcontact import SELF_COLLISION
 from muslin.simulation.model import Spring
 from muslin.simulation.scenes.pins import PINS, SIDES, near_sides
 from muslin.simulation.scenes.values import _number, converted
@@ -100,6 +101,8 @@ class Scene:
     contact: str = "filter"  # filter the solved velocity, or "solve" with the contacts in the system
     bending: str = "off"  # a model in `muslin.physics.bending.MODELS`
     bending_stiffness: float = COTTON  # flexural rigidity [N m]
+    self_collision: str = "off"  # of the body with itself: off, or fast (extra `contact`)
+    thickness: float = 1e-3  # distance that self-collision keeps [m]
     stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
     project: bool = True
     tolerance: float = 1e-8  # of Newton's method, in backward Euler
@@ -299,6 +302,11 @@ def override(scene: Scene, **values: Any) -> Scene:
         raise MuslinError(
             f"contact = {changed.contact!r} is not understood.", f"Write {' or '.join(CONTACT)}."
         )
+    if changed.self_collision not in SELF_COLLISION:
+        raise MuslinError(
+            f"self_collision = {changed.self_collision!r} is not understood.",
+            f"Write {' or '.join(SELF_COLLISION)}.",
+        )
     if changed.stretch_limit and not changed.stretch_limit > 1:
         raise MuslinError(
             f"stretch_limit = {changed.stretch_limit} must be above 1, or 0 for none.", "For example 1.01."
@@ -317,6 +325,7 @@ LOWEST = {
     "resolution": 1,
     "sphere_radius": 0.0,
     "tolerance": 0.0,
+    "thickness": 0.0,
 }
 
 
