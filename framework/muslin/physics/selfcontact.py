@@ -1,8 +1,8 @@
 """A cloth does not pass through itself: no step ends where two of its triangles cross, if it began where none did.
 
-Between two positions of a surface every vertex may go as far as a plane between it and what it would meet, and along that
-plane as it likes. The planes, and the pairs that need one, are those of `ipctk` (Li et al. 2020; the rule: "Divide and
-Truncate", 2026), an optional package. What is cut off the way is lost: surfaces meet without a bounce.
+Between two positions of a surface every vertex may go as far as a plane between it and what it would meet, and along
+that plane as it likes. The planes, and the pairs that need one, are those of `ipctk` (Li et al. 2020; the rule: "Divide
+and Truncate", 2026), an optional package. What is cut off the way is lost: surfaces meet without a bounce.
 """
 
 from __future__ import annotations
@@ -61,7 +61,7 @@ class SelfContact:
     masses : (n,) array
         [kg]
     thickness : float
-        Distance that is kept [m].
+        What touches keeps between a quarter and all of this distance [m].
     """
 
     def __init__(self, X: np.ndarray, triangles: np.ndarray, masses: np.ndarray, thickness: float):
@@ -74,7 +74,8 @@ class SelfContact:
         self.thickness = float(thickness)
         self._edge = float(np.median(np.linalg.norm(X[edges[:, 0]] - X[edges[:, 1]], axis=1)))
         self._measured: np.ndarray | None = None
-        self._free, self._region = np.zeros(len(X)), ipctk.ogc.TrustRegion(self.thickness)
+        self._free: np.ndarray = np.zeros(len(X))
+        self._region = ipctk.ogc.TrustRegion(self.thickness)
         self._masses, self._narrow = masses, ipctk.AdditiveCCD()
         self._repulsion = ipctk.BarrierPotential(ipctk.CubicBarrier(), self.thickness, 1.0)
 

@@ -82,6 +82,8 @@ def _self_contact(scene: Scene, body: Body, x: np.ndarray) -> SelfContact | None
     """What keeps a scene's body from crossing itself, where the scene wants that."""
     if scene.self_collision == SELF_COLLISION[0]:
         return None
+    if not np.array_equal(body.surface, body.cells):
+        raise MuslinError("Self-collision is for cloth; a solid has none.", "Leave self_collision at off.")
     masses = np.asarray(body.mass.sum(axis=1)).ravel()[::3]
     contact = SelfContact(body.X, body.surface, masses, scene.thickness)
     if contact.crosses(x):

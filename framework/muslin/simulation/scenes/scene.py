@@ -102,7 +102,7 @@ class Scene:
     bending: str = "off"  # a model in `muslin.physics.bending.MODELS`
     bending_stiffness: float = COTTON  # flexural rigidity [N m]
     self_collision: str = "off"  # of the body with itself: off, or fast (extra `contact`)
-    thickness: float = 1e-3  # distance that self-collision keeps [m]
+    thickness: float = 1e-3  # of what touches itself: it keeps a quarter of that apart, or more [m]
     stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
     project: bool = True
     tolerance: float = 1e-8  # of Newton's method, in backward Euler

@@ -1,0 +1,151 @@
+"""A cloth does not pass through itself, counted by code that is not the simulator's."""
+
+import sys
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin import mesh
+from muslin.base.errors import MuslinError
+from muslin.physics import selfcontact
+from muslin.physics.selfcontact import SelfContact
+
+pytest.importorskip("ipctk")
+
+
+def crossings(x, triangles):
+    """Number of (edge, triangle) pairs of x (n, 3) that cross, by plane sides and signed volumes."""
+    pairs = np.sort(
+        np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
+    )
+    edges = np.unique(pairs, axis=0)
+    low, high = x[triangles].min(axis=1), x[triangles].max(axis=1)
+    count = 0
+    for p, q in edges:
+        box = (low <= np.maximum(x[p], x[q])).all(axis=1) & (high >= np.minimum(x[p], x[q])).all(axis=1)
+        other = triangles[box & ~(triangles == p).any(axis=1) & ~(triangles == q).any(axis=1)]
+        if len(other) == 0:
+            continue
+        a, b, c = (x[other[:, k]] for k in range(3))
+
+        def volume(u, v, w, at):
+            return np.einsum("ij,ij->i", np.cross(v - u, w - u), at - u)
+
+        P, Q = np.broadcast_to(x[p], a.shape), np.broadcast_to(x[q], a.shape)
+        sides = volume(a, b, c, P) * volume(a, b, c, Q) < 0
+        around = np.sign([volume(P, Q, a, b), volume(P, Q, b, c), volume(P, Q, c, a)])
+        count += int((sides & (np.abs(around.sum(axis=0)) == 3)).sum())
+    return count
+
+
+def roll(n=17, pitch=0.03):
+    """A sheet rolled up one and a half times, and its triangles."""
+    sheet = mesh.grid(n, n)
+    angle = 9.5 * (sheet.vertices[:, 0] + 0.5)
+    r = 0.08 + pitch * angle / (2 * np.pi)
+    return sheet, np.stack([r * np.cos(angle), sheet.vertices[:, 1], r * np.sin(angle)], axis=1)
+
+
+def contact_of(sheet, thickness=1e-3):
+    return SelfContact(sheet.vertices, sheet.triangles, np.ones(len(sheet.vertices)), thickness)
+
+
+def test_the_counter_of_these_tests_counts():
+    x = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0.2, 0.2, -1], [0.2, 0.2, 1], [5, 5, 5]], dtype=float)
+    triangles = np.array([[0, 1, 2], [3, 4, 5]])
+    assert crossings(x, triangles) == 2  # an edge of each crosses the other
+    assert crossings(x + (x[:, [2]] != 0) * [2.0, 0, 0], triangles) == 0
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_no_way_however_wild_ends_in_a_crossing(seed):
+    sheet, x = roll()
+    contact, rng = contact_of(sheet), np.random.default_rng(seed)
+    assert crossings(x, sheet.triangles) == 0
+    met = 0
+    for _ in range(6):
+        wave, drift = rng.standard_normal((3, 3)), rng.standard_normal(3)
+        goal = x + 0.04 * np.sin(14 * x @ wave) + 0.3 * drift
+        met += crossings(goal, sheet.triangles) > 0
+        x, _ = contact.reached(x, goal)
+        assert crossings(x, sheet.triangles) == 0
+    assert met
+
+
+def test_where_nothing_is_met_the_goal_is_reached_to_the_bit():
+    sheet, x = roll()
+    goal = x + [0.0, -0.2, 0.1] + 1e-3 * np.sin(3 * x)
+    reached, apart = contact_of(sheet).reached(x, goal)
+    assert reached is goal
+    assert not apart.any()
+
+
+def test_what_is_too_near_is_brought_apart_without_a_change_of_momentum():
+    sheet = mesh.grid(7, 7)
+    n = len(sheet.vertices)
+    X = np.concatenate([sheet.vertices, sheet.vertices + np.array([0, 0, 1])])
+    triangles = np.concatenate([sheet.triangles, sheet.triangles + n])
+    masses = np.random.default_rng(1).uniform(1, 2, 2 * n)
+    contact = SelfContact(X, triangles, masses, 0.01)
+    x = X.copy()
+    x[n:, 2] = 0.002
+    gaps = []
+    for _ in range(12):
+        x, apart = contact.reached(x, x.copy())
+        assert np.abs(masses @ apart).max() < 1e-12
+        gaps.append((x[n:, 2] - x[:n, 2]).min())
+    assert gaps[-1] > 0.004
+    assert gaps[0] > 0.002
+
+
+def test_a_cloth_that_falls_in_folds_crosses_itself_only_where_nothing_keeps_it_from_that():
+    scene = {
+        "resolution": 20,
+        "steps": 150,
+        "sphere_radius": 0.12,
+        "start_at": (0.0, 0.15, 0.0),
+        "ground": -0.15,
+    }
+    alone = muslin.simulate("drape", **scene)
+    assert crossings(alone.x, alone.mesh.triangles) > 0
+    kept = muslin.simulate("drape", self_collision="fast", **scene)
+    assert crossings(kept.x, kept.mesh.triangles) == 0
+    assert np.isfinite(kept.energies.kinetic).all()
+
+
+def test_a_run_that_was_stopped_goes_on_to_the_same_end(tmp_path):
+    scene = {"resolution": 12, "self_collision": "fast", "sphere_radius": 0.12, "start_at": (0.0, 0.15, 0.0)}
+    whole = muslin.simulate("drape", steps=80, **scene)
+    muslin.simulate("drape", steps=50, out=tmp_path / "run", **scene)
+    resumed = muslin.simulate("drape", steps=80, out=tmp_path / "run", resume=True)
+    assert np.array_equal(whole.x, resumed.x)
+
+
+def test_without_ipctk_the_extra_is_named(monkeypatch):
+    monkeypatch.setitem(sys.modules, "ipctk", None)
+    with pytest.raises(MuslinError, match=r"muslin\[contact\].*self_collision=off"):
+        muslin.simulate("drape", resolution=4, steps=1, self_collision="fast")
+
+
+def test_a_start_that_crosses_itself_is_refused():
+    sheet, x = roll(pitch=0.0)
+    assert selfcontact.SELF_COLLISION[0] == "off"
+    assert contact_of(sheet).crosses(x)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"self_collision": "maybe"}, "off or fast"),
+        ({"self_collision": "fast", "thickness": 0.0}, "thickness = 0.0 must be positive"),
+    ],
+)
+def test_parameters_that_make_no_sense_are_refused(parameters, said):
+    with pytest.raises(MuslinError, match=said):
+        muslin.simulate("drape", resolution=4, steps=1, **parameters)
+
+
+def test_a_solid_has_no_self_collision_and_says_so():
+    with pytest.raises(MuslinError, match="is for cloth"):
+        muslin.simulate("beam", steps=1, self_collision="fast")
