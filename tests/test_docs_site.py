@@ -289,6 +289,25 @@ def test_the_site_opens_from_a_disk_too(site, tmp_path):
 
 
 @in_a_browser
+@pytest.mark.parametrize("page", ["index.html", "handouts/cloth/index.html"])
+def test_the_search_works_from_a_disk_where_browsers_start_no_worker(page, site, tmp_path):
+    """In a page at the top and in one below, since each finds the index by its own way."""
+    probed = (site / page).with_name("probed.html")
+    script = f"<script>{PROBE.replace('SOON', '4000')}</script>"
+    text = (site / page).read_text(encoding="utf-8").replace("<head>", f"<head>{script}", 1)
+    probed.write_text(text, encoding="utf-8")
+    try:
+        said, console = opened(f"{probed.as_uri()}?q=right_cauchy_green", tmp_path, patience=8000)
+        nothing, _ = opened(f"{probed.as_uri()}?q=zzqqxx", tmp_path, patience=8000)
+    finally:
+        probed.unlink()
+    assert said["found"] > 0
+    assert nothing["found"] == 0
+    assert said["elsewhere"] == []
+    assert console == []
+
+
+@in_a_browser
 def test_a_telephone_shows_the_handout_without_scrolling_sideways(address, tmp_path):
     said, _ = opened(f"{address[0]}/handouts/cloth/index.html", tmp_path, width=500)
     assert not said["wide"]

@@ -3,6 +3,7 @@
 - Maths: `$...$` and blocks fenced with `math` become MathML here, so that a page needs no script and no network.
 - Handouts: a page for each assignment, rendered from its solution as the student's README is.
 - The command reference, from the commands themselves.
+- A search that works from a disk.
 - Markdown as GitHub reads it: list items indented by two or three blanks, links to files of the repository.
 """
 
@@ -14,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from mkdocs.exceptions import PluginError
+from mkdocs.plugins import event_priority
 from mkdocs.structure.files import File
 
 from muslin.authoring.maths import Maths, deeper_lists, mathml
@@ -80,6 +82,14 @@ def on_files(files: Any, config: Any) -> Any:
 def on_page_markdown(text: str, page: Any, **_: Any) -> str:
     """GitHub's Markdown as Python-Markdown reads it."""
     return inside_the_site(deeper_lists(text), page.file.src_uri)
+
+
+@event_priority(-100)  # after the search has written its index
+def on_post_build(config: Any) -> None:
+    """The index as a script, too: from a disk nothing else can be read. `search-from-disk.js` does the rest."""
+    search = Path(config.site_dir) / "search"
+    index = (search / "search_index.json").read_text(encoding="utf-8")
+    (search / "search_index.js").write_text(f"var __index = {index}", encoding="utf-8")
 
 
 # Links ---------------------------------------------------------------------------------------------------
