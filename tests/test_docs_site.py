@@ -33,6 +33,9 @@ PAGES = (
     "reference/index.html",
     "reference/commands.html",
     "grading.html",
+    "deciding.html",
+    "gallery.html",
+    "integrity.html",
     "recipes/scene.html",
 )
 
@@ -280,6 +283,8 @@ def test_a_page_opens_without_an_error_and_asks_nobody(page, address, tmp_path):
         assert said["pictures"] > 8
     if page == "index.html":
         assert said["pictures"] == 1
+    if page == "gallery.html":
+        assert said["pictures"] == 6
 
 
 @in_a_browser
