@@ -39,7 +39,8 @@ def scene_of(name: str, size: int, steps: int) -> Scene:
         return scenes.get("throw", mesh="grid", resolution=size, steps=steps)
     edge = ",".join(str(k) for k in range(size))
     return replace(
-        scenes.get("drape", resolution=size, steps=steps, mu=1e3, lam=1e3, rho=0.2, h=1.0, dt=1 / 60),
+        scenes.get("drape", resolution=size, steps=steps, mu=1e3, lam=1e3, rho=0.2, h=1.0, dt=1 / 60,
+            diagonals="uniform", bending="off"),
         name="neutral", pinned=edge, start=level, gravity=(0.0, 0.0, -9.81), floor=False,
         sphere_center=(0.0, 0.0, 0.6), sphere_radius=0.25,
     )  # fmt: skip

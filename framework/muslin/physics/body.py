@@ -138,11 +138,11 @@ class Body:
         more = None if constant is not None else (hinges.element.cells, hinges.element.hessians)
         return Assembly(self.pattern, layout, mass, hessians, data, constant, more)
 
-    def impulse(self) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
+    def impulse(self, damping: float = 0.0) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
         """What computes M v + dt (force - gradient) of (v, force, dt); `prepare` the gradient before calling it.
 
         It is the right-hand side of a linearly implicit step with the matrix `assembly` writes, and where that is not
-        quite the exact one (see `Bending`), this is allowed for.
+        quite the exact one (see `Bending`), this is allowed for; of stiffness-proportional `damping` [s], too.
         """
         from muslin.physics.elements.pattern import Impulse
 
@@ -153,7 +153,7 @@ class Body:
 
         def bent(v: np.ndarray, force: np.ndarray, dt: float) -> np.ndarray:
             force, beyond = force - hinges.gradient(), hinges.beyond(v)
-            return impulse(v, force if beyond is None else force + dt * beyond, dt)
+            return impulse(v, force if beyond is None else force + (dt + damping) * beyond, dt)
 
         return bent
 

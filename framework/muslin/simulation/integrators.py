@@ -119,12 +119,13 @@ class _BackwardEuler:
     """What a step of backward Euler from a state minimises.
 
     Phi(v) = 1/2 (v - v_n)^T M (v - v_n) + V(q + dt v), whose gradient is the backward Euler equation: momenta and
-    impulses. Its rounding error is that of the forces, 32 eps |K| |x|.
+    impulses. Its rounding error is that of the forces, 32 eps |K| |x|. Damping adds dt/2 v^T C v, with C = beta K at q.
     """
 
     def __init__(self, model: Model, state: State, dt: float, touching: Touching | None = None):
         self.model, self.state, self.dt, self.touching = model, state, dt, touching
         self.air = model.wind_force(state.x, state.v)
+        self.damper = model.damper(state.x)
         self.free = np.repeat(~model.system.pinned, 3)
         self._v, self._x = state.v.ravel(), state.x
         self._project = model.project
@@ -149,6 +150,8 @@ class _BackwardEuler:
         work = float(np.sum(self.air * (self._x - state.x)))
         kinetic = 0.5 * float(dv @ (model.body.mass @ dv))
         phi = kinetic + model.body.energy_here() + model.potential(self._x) - work
+        if self.damper is not None:
+            phi += self.dt / 2 * float(v @ (self.damper @ v))
         return phi + self.touching.value(v) if self.touching else phi
 
     def gradient(self) -> tuple[np.ndarray, float]:
@@ -159,6 +162,9 @@ class _BackwardEuler:
         external = self.dt * (self.model.conservative_force(self._x) + self.air).ravel()
         terms = [momentum, elastic, external, body.mass @ self._v]
         r = momentum + elastic - external
+        if self.damper is not None:
+            terms.append(self.dt * (self.damper @ self._v))
+            r = r + terms[-1]
         if self.touching:
             terms.append(self.touching.gradient(self._v))
             r = r + terms[-1]
@@ -196,7 +202,8 @@ class _BackwardEuler:
     def matrix(self) -> Any:
         """M + dt^2 K as it was assembled."""
         body = self.model.body
-        return body.pattern.matrix(body.mass_data + self.dt**2 * body.stiffness_here(self._project))
+        scale = self.dt * (self.dt + self.model.damping) if self.damper is not None else self.dt**2
+        return body.pattern.matrix(body.mass_data + scale * body.stiffness_here(self._project))
 
     def is_nothing(self, step: np.ndarray) -> bool:
         """Whether dt step is no more than rounding of the positions."""

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 
 from muslin.physics.body import Body
 from muslin.physics.colliders import (
@@ -89,6 +90,8 @@ class Model:
         Largest principal stretch that a step may end with, above 1 (see `muslin.physics.elements.limit`); 0: any.
     self_contact : SelfContact, optional
         Keeps the body from crossing itself; without it, nothing does.
+    damping : float
+        beta [s] of Rayleigh's damping force -beta K v, with the stiffness K = d2V/dq2, projected, before the step.
     """
 
     body: Body
@@ -106,6 +109,7 @@ class Model:
     contact: str = CONTACT[0]
     stretch_limit: float = 0.0
     self_contact: SelfContact | None = None
+    damping: float = 0.0
 
     def __post_init__(self) -> None:
         from muslin.physics.elements.contact import Detection, Response
@@ -119,7 +123,7 @@ class Model:
         )
         self._assemble = body.assembly(self.system.layout, self.system.data)
         self._couple = body.assembly(self.system.coupling)
-        self._impulse = body.impulse()
+        self._impulse = body.impulse(self.damping)
         touchable = np.zeros(n, dtype=bool)
         touchable[body.surface.ravel()] = True
         touchable &= ~pinned
@@ -135,6 +139,10 @@ class Model:
             self.limit = body.limiter(self.stretch_limit, pinned)
         self._there: tuple[float, tuple[Collider, ...]] | None = None
         self.weight = (self.body.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
+
+    def damper(self, x: np.ndarray) -> sp.csr_matrix | None:
+        """C = beta K at positions x, (3n, 3n) [kg/s]; None if nothing is damped."""
+        return self.damping * self.body.hessian(x, project=True) if self.damping else None
 
     def conservative_force(self, x: np.ndarray) -> np.ndarray:
         """Gravity and drag spring, minus the gradient of `potential`, (n, 3) [N]."""
@@ -178,9 +186,12 @@ class Model:
         self.body.prepare("energy", "gradient", "hessian", project=self.project)
 
     def assemble(self, dt: float, project: bool | None = None) -> None:
-        """Write M + dt^2 K at the body's current positions into `system`; `project` if not the model's own."""
+        """Write M + dt (dt + damping) K at the body's current positions into `system`.
+
+        `project` if not the model's own.
+        """
         self.body.prepare("hessian", project=self.project if project is None else project)
-        self._assemble(dt**2)
+        self._assemble(dt * (dt + self.damping) if self.damping else dt**2)
         if self.spring:
             self.add_to_diagonal(
                 np.array([self.spring.vertex]), dt**2 * self.spring.stiffness * np.eye(3)[None]
@@ -192,7 +203,8 @@ class Model:
 
     def coupling(self, known: np.ndarray | None, dt: float) -> np.ndarray | None:
         """Data of `system.coupling` for the matrix just assembled, where the pinned vertices move."""
-        return self._couple(dt**2) if known is not None and known.any() else None
+        scale = dt * (dt + self.damping) if self.damping else dt**2
+        return self._couple(scale) if known is not None and known.any() else None
 
     def impulse(self, state: State, force: np.ndarray, dt: float) -> np.ndarray:
         """M v + dt (force - elastic gradient), (n, 3) [kg m/s]."""

@@ -59,6 +59,9 @@ def symplectic_euler(model: Model, state: State, dt: float) -> State:
     """One step of symplectic Euler.  The body must have been updated to `state.x`."""
     _require_filter(model, state)
     force = model.conservative_force(state.x) + model.wind_force(state.x, state.v)
+    damper = model.damper(state.x)
+    if damper is not None:
+        force -= (damper @ state.v.ravel()).reshape(-1, 3)
     b = model.impulse(state, force, dt)
     model.assemble(0.0)  # M alone
     known = model.known_velocity(state.time, dt)

@@ -70,6 +70,7 @@ def build(
         solver=scene.solver,
         contact=scene.contact,
         stretch_limit=scene.stretch_limit,
+        damping=scene.damping,
         tolerance=scene.tolerance,
         self_contact=_self_contact(scene, body, x),
     )

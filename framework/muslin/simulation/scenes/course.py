@@ -9,6 +9,7 @@ SCENE = Scene(
     pinned="highest-row",
     E=1e5,
     nu=0.4,
+    plane="strain",
     gravity=(0.0, -1800.8, 0.0),
     dt=1e-3,
     steps=300,

@@ -58,6 +58,7 @@ SCENE = FreeFall(
     mesh="course-square",
     E=1e5,
     nu=0.4,
+    plane="strain",
     dt=1 / 240,
     steps=120,
     frame_every=4,

@@ -17,7 +17,7 @@ from muslin.mesh import Mesh, TetMesh
 from muslin.physics.bending import require_model
 from muslin.physics.body import Body
 from muslin.physics.colliders import CONTACT, Collider, Plane, Sphere
-from muslin.physics.material import lame
+from muslin.physics.material import PLANES, lame
 from muslin.physics.selfcontact import SELF_COLLISION
 from muslin.simulation.model import Spring
 from muslin.simulation.scenes.pins import PINS, SIDES, near_sides
@@ -88,9 +88,11 @@ class Scene:
     nu: float | None = None
     mu: float | None = None
     lam: float | None = None
+    plane: str = "stress"  # what E and nu of a sheet mean: plane stress, strain, or the course's formula
     swap_lame: bool = False  # pass lam for mu, as the original course's starter code did
-    rho: float = 1.0
-    h: float = 1.0
+    rho: float = 1.0  # density [kg/m^3]
+    h: float = 1.0  # thickness [m]
+    damping: float = 0.0  # of the stiffness (Rayleigh's beta) [s]
     gravity: Vec = EARTH
     dt: float = 1 / 240
     steps: int = 480
@@ -170,7 +172,7 @@ class Scene:
             return (self.lam, self.mu) if self.swap_lame else (self.mu, self.lam)
         if self.E is None or self.nu is None:
             raise MuslinError(f"The scene {self.name!r} needs E and nu, or mu and lam.")
-        return lame(self.E, self.nu, self.swap_lame)
+        return lame(self.E, self.nu, self.swap_lame, self.plane)
 
     def parameters(self) -> dict[str, Any]:
         """All that can be overridden, by name."""
@@ -295,6 +297,12 @@ def override(scene: Scene, **values: Any) -> Scene:
             raise MuslinError(f"{name} = {getattr(changed, name)} must be {wanted}.")
     if changed.scale != "fit" and not converted("scale", changed.scale, "float") > 0:
         raise MuslinError(f"scale = {changed.scale} must be positive.", "Write a factor, or fit.")
+    if changed.plane not in PLANES:
+        raise MuslinError(f"plane = {changed.plane!r} is not understood.", choices(changed.plane, PLANES))
+    if changed.damping < 0:
+        raise MuslinError(
+            f"damping = {changed.damping} must not be negative.", "In seconds, for example 0.001."
+        )
     require_model(changed.bending, changed.bending_stiffness)
     if changed.camera not in ("fit", "follow"):
         raise MuslinError(f"camera = {changed.camera!r} is not understood.", "Write fit or follow.")

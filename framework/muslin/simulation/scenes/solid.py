@@ -30,6 +30,7 @@ class SolidScene(Scene):
     E: float | None = 5e4
     nu: float | None = 0.4
     rho: float = 1000.0
+    plane: str = "strain"  # of sheets only
     course_parameters: bool = False  # D = lam/2, as the course has it, instead of lam/2 + mu/3
     integrator: str = "backward-euler"
     contact: str = "solve"
@@ -69,6 +70,8 @@ class SolidScene(Scene):
         """The solid; it has one road to the Hessian."""
         if hessian != "closed":
             raise MuslinError(f"A solid has no hessian {hessian!r}.", "Leave it out.")
+        if self.plane != "strain":
+            raise MuslinError("A solid has no plane.", "E and nu are its own: leave plane out.")
         C, D = constants(*self.lame, self.course_parameters)
         return Solid(mesh, C=C, D=D, rho=self.rho, functions=functions, energy=energy, stand_ins=stand_ins)
 
