@@ -61,6 +61,34 @@ def test_single_precision_is_right_to_its_digits(folder, tmp_path):
     np.testing.assert_array_equal(single["X"], double["X"], "what is only read keeps its digits")
 
 
+AWAY = """
+import json, sys
+import numpy as np
+import muslin
+from muslin.base import runtime
+
+runtime.choose("cpu", "f32")
+functions = muslin.load(sys.argv[1]) if sys.argv[1] else None
+found = {}
+for away in (0.0, 1.0, 30.0):
+    mesh = muslin.mesh.grid(33, 33)
+    mesh = muslin.mesh.Mesh.from_arrays(mesh.vertices + away * np.array([0.6, -0.7, 0.4]), mesh.triangles)
+    bending = dict(bending="shells", bending_stiffness=1e-5)
+    cloth = muslin.Cloth(mesh, mu=2e3, lam=2e3, rho=0.2, functions=functions, **bending)
+    weight = 9.81 * cloth.mass.sum() / 3 / len(cloth.X)
+    found[away] = float(np.abs(cloth.gradient(cloth.X)).max() / weight)
+print(json.dumps(list(found.values())))
+"""
+
+
+@pytest.mark.parametrize("folder", ["", str(paths.solution("cloth"))], ids=["native", "student"])
+def test_a_cloth_at_rest_anywhere_feels_next_to_nothing_in_single_precision(folder):
+    done = subprocess.run([sys.executable, "-c", AWAY, folder], capture_output=True, text=True, check=False)
+    assert done.returncode == 0, done.stderr
+    here, near, far = json.loads(done.stdout.splitlines()[-1])
+    assert max(here, near, far) < 0.1, (here, near, far)  # of its weight, at the vertex where it is most
+
+
 @pytest.mark.parametrize("arch", ["vulkan", "cuda", "metal"])
 def test_other_architectures_agree_or_the_cpu_stands_in_with_a_notice(arch, tmp_path):
     here, _ = measured("cpu", "f32", "", tmp_path / "cpu")

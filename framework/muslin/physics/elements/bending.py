@@ -29,7 +29,7 @@ class QuadraticHinges(Element):
         c, weight = np.ascontiguousarray(hinges.cotangents), stiffness * hinges.weight
         self.factors: np.ndarray | None = (weight[:, None, None] * c[:, :, None] * c[:, None, :]).ravel()
         out = (self.energies, self.gradients)
-        self._launch = Launch(quadratic(is_small(len(c), 40)), self.x, self.cells, c, weight, *out)
+        self._launch = Launch(quadratic(is_small(len(c), 40)), *self.at, c, weight, *out)
 
     def _run(self, parts: int, project: bool) -> None:
         if parts & 3:
@@ -48,7 +48,7 @@ class ShellHinges(Element):
         self._orders = np.zeros(2, dtype=np.int32)
         at_rest = (np.ascontiguousarray(hinges.angle), stiffness * hinges.weight * hinges.length**2)
         out = (self.energies, self.gradients, self.hessians)
-        self._launch = Launch(shells(is_small(h, 400)), self._orders, self.x, self.cells, *at_rest, *out)
+        self._launch = Launch(shells(is_small(h, 400)), self._orders, *self.at, *at_rest, *out)
 
     def _run(self, parts: int, project: bool) -> None:
         self._orders[:] = parts, project

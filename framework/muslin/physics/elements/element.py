@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from muslin.base import runtime
+
 #: Parts of what an element computes, as bits.
 PARTS = {"energy": 1, "gradient": 2, "hessian": 4}
 
@@ -31,6 +33,18 @@ class Membrane:
     energy: str
 
 
+def apart(X: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Positions (n, 3) and cells (m, k) as kernels may take them: in double precision just these.
+
+    In single precision every cell has its own corners, relative to its first: rounded where they are, a metre away,
+    they would be wrong by what a strain of some 1e-5 is in a cell of a centimetre, more than a cloth's weight makes.
+    """
+    if not runtime.single():
+        return X, cells
+    own = X[cells] - X[cells[:, :1]]
+    return own.reshape(-1, 3), np.arange(cells.size, dtype=np.int32).reshape(cells.shape)
+
+
 class Element(ABC):
     """Elements of cells with k corners.
 
@@ -50,6 +64,8 @@ class Element(ABC):
         Of each cell [J].
     gradients : (k m, 3)
         Of each cell's energy in its corners [N].
+    at : (positions, cells)
+        Where things are, as kernels take it: see `apart`.
     hessians
         See above [N/m]. These arrays stay where they are, and hold what `compute` was last asked for.
     """
@@ -57,6 +73,7 @@ class Element(ABC):
     def __init__(self, X: np.ndarray, cells: np.ndarray, hessians: tuple[int, ...]):
         m, self.corners = cells.shape
         self.x, self.cells = X.copy(), cells
+        self.at = apart(self.x, cells)
         self.energies, self.gradients = np.zeros(m), np.zeros((self.corners * m, 3))
         self.hessians = np.zeros(hessians)
         self._done, self._projected = 0, False
@@ -64,6 +81,8 @@ class Element(ABC):
     def update(self, x: np.ndarray) -> None:
         """Take new positions (n, 3)."""
         self.x[...] = x
+        if self.at[0] is not self.x:
+            self.at[0][...] = apart(self.x, self.cells)[0]
         self._done = 0
 
     def compute(self, *parts: str, project: bool = True) -> None:

@@ -11,7 +11,7 @@ from muslin.base import runtime
 from muslin.base.errors import MuslinError
 from muslin.base.launch import Launch, is_small
 from muslin.physics.elements import modes
-from muslin.physics.elements.element import Element, Membrane, Rest
+from muslin.physics.elements.element import Element, Membrane, Rest, apart
 from muslin.physics.elements.native_kernels import element, gradients_at_rest
 
 #: What lam weighs: (s_0 + s_1 - 2)^2 / 2 and (s_0 s_1 - 1)^2 / 2.
@@ -37,14 +37,13 @@ class NativeElement(Element):
         super().__init__(rest.X, rest.triangles, (m, modes.LENGTH))
         lam_trace, lam_area = (membrane.lam * share for share in TERMS[membrane.energy])
         terms = (float(membrane.mu), float(lam_trace), float(lam_area))
-        g = rest_gradients(rest.X, rest.triangles, rest.normal)
+        g = rest_gradients(*apart(rest.X, rest.triangles), rest.normal)
         self._orders = np.zeros(2, dtype=np.int32)
         out = (self.energies, self.gradients, self.hessians)
         self._launch = Launch(
             element(is_small(m, 80)),
             self._orders,
-            self.x,
-            self.cells,
+            *self.at,
             g,
             membrane.h * rest.area,
             *terms,

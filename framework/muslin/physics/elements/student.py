@@ -15,7 +15,7 @@ from muslin.base.errors import SimulationError
 from muslin.base.launch import Launch, is_small
 from muslin.physics.elements import lecture, modes
 from muslin.physics.elements.calling import CallingElement
-from muslin.physics.elements.element import PARTS, Membrane, Rest
+from muslin.physics.elements.element import PARTS, Membrane, Rest, apart
 from muslin.physics.elements.fused import fused
 from muslin.physics.elements.singly import KERNELS
 from muslin.physics.energies import ENERGIES, FLIPS
@@ -54,7 +54,8 @@ class StudentElement(CallingElement):
         f = _with_energy(functions, membrane.energy)
         hessians = (m, modes.LENGTH) if road == "closed" else (9 * m, 3, 3)
         super().__init__(f, needs, rest.X, rest.triangles, hessians)
-        self.dphi = evaluate(f.dphi_dX, **{f"X{k}": rest.X[rest.triangles[:, k]] for k in range(3)})
+        X, corners = apart(rest.X, rest.triangles)
+        self.dphi = evaluate(f.dphi_dX, **{f"X{k}": X[corners[:, k]] for k in range(3)})
 
     def _can(self, part: str, names: tuple[str, ...]) -> bool:
         return not (part == "hessian" and self.road == "lecture") and super()._can(part, names)
@@ -77,7 +78,7 @@ class StudentElement(CallingElement):
         modes_here = self.hessians if self.road == "closed" else np.zeros((0, modes.LENGTH))
         at_rest = (self.dphi, rest.normal, rest.area, made_of.mu, made_of.lam, made_of.h)
         out = (self.energies, self.gradients, modes_here)
-        return Launch(kernel, self._orders, self.x, self.cells, *at_rest, *out)
+        return Launch(kernel, self._orders, *self.at, *at_rest, *out)
 
     # One function at a time -----------------------------------------------------------------------------------
 
@@ -101,7 +102,7 @@ class StudentElement(CallingElement):
             m = len(self.cells)
             self._require_triangles()
             F, U, V, s, p = *(np.empty((m, 3, 3)) for _ in range(3)), np.empty((m, 3)), np.empty((m, 3))
-            self._single("deformation_gradient", self.x, self.cells, self.dphi, self.rest.normal, F)
+            self._single("deformation_gradient", *self.at, self.dphi, self.rest.normal, F)
             runtime.call(lecture.svd, F, self.rest.normal, U, s, V)
             self._state = {"F": F, "U": U, "V": V, "s": s, "p": p}
         return SimpleNamespace(**self._state)
@@ -137,13 +138,13 @@ class StudentElement(CallingElement):
         self._single("dpsi_ds", s, self.membrane.mu, self.membrane.lam, p)
         self._single("d2psi_ds2", s, self.membrane.mu, self.membrane.lam, H)
         self._single("d2psi_dFij", at.U, s, at.V, p, H, columns)
-        self._single("dn_dx", self.x, self.cells, dn)
+        self._single("dn_dx", *self.at, dn)
         runtime.call(
             lecture.chain_rule, columns, dn, self.dphi, self.rest.normal, self.rest.area, self.membrane.h, out
         )
         if project:
             modes_at = (at.U, at.V, self.dphi, self.rest.area, self.membrane.h, out)
-            runtime.call(lecture.clamp_known_modes, self.rest.X, self.cells, *modes_at)
+            runtime.call(lecture.clamp_known_modes, *apart(self.rest.X, self.cells), *modes_at)
 
 
 def _with_energy(functions: Functions, energy: str) -> SimpleNamespace:

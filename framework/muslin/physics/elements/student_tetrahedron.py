@@ -14,7 +14,7 @@ import numpy as np
 
 from muslin.base.launch import Launch, is_small
 from muslin.physics.elements.calling import CallingElement
-from muslin.physics.elements.element import PARTS
+from muslin.physics.elements.element import PARTS, apart
 from muslin.physics.elements.student_tetrahedron_kernels import CALLED, SINGLE, fused
 from muslin.physics.elements.tetrahedron import RestSolid, require_upright
 from muslin.tasks import Functions
@@ -43,7 +43,8 @@ class StudentTetrahedron(CallingElement):
         f = SimpleNamespace(**{function.task.name: function for function in functions})  # type: ignore[attr-defined]
         super().__init__(f, needs, rest.X, rest.cells, (16 * len(rest.cells), 3, 3))
         self.C, self.D, self.volume = float(C), float(D), np.ascontiguousarray(rest.volume)
-        self.dphi = evaluate(f.dphi_dX, **{f"X{k}": rest.X[rest.cells[:, k]] for k in range(4)})
+        X, corners = apart(rest.X, rest.cells)
+        self.dphi = evaluate(f.dphi_dX, **{f"X{k}": X[corners[:, k]] for k in range(4)})
 
     def _fused(self, able: int) -> Launch:
         functions = tuple(getattr(self.f, name) for name in CALLED)
@@ -52,7 +53,7 @@ class StudentTetrahedron(CallingElement):
         kernel = kept(self.f.deformation_gradient, key, lambda: fused(self.f, able, serial))
         at_rest = (self.dphi, self.volume, self.C, self.D)
         out = (self.energies, self.gradients, self.hessians)
-        return Launch(kernel, self._orders, self.x, self.cells, *at_rest, *out)
+        return Launch(kernel, self._orders, *self.at, *at_rest, *out)
 
     def _explain(self, parts: int) -> None:
         m, constants = len(self.cells), (self.C, self.D)
@@ -60,7 +61,7 @@ class StudentTetrahedron(CallingElement):
             return  # the energy is infinite, and the kernel has said so
         require_upright(self.x, self.cells)
         F = np.empty((m, 3, 3))
-        self._single("deformation_gradient", self.x, self.cells, self.dphi, F)
+        self._single("deformation_gradient", *self.at, self.dphi, F)
         if parts & PARTS["energy"]:
             self._single("psi", F, *constants, np.empty(m))
         if parts & PARTS["gradient"]:

@@ -52,7 +52,7 @@ class NativeTetrahedron(Element):
         kernel = native(law, is_small(m, 400))
         at_rest = (rest.gradients(), np.ascontiguousarray(rest.volume), float(a), float(b))
         out = (self.energies, self.gradients, self.hessians)
-        self._launch = Launch(kernel, self._orders, self.x, self.cells, *at_rest, *out)
+        self._launch = Launch(kernel, self._orders, *self.at, *at_rest, *out)
 
     def _run(self, parts: int, project: bool) -> None:
         self._orders[:] = parts, project, 0
