@@ -85,7 +85,7 @@ def _volumes(X: np.ndarray, X0: np.ndarray, X1: np.ndarray, X2: np.ndarray, X3: 
 
 
 def _nearest_tetrahedron(points: np.ndarray, mesh: TetMesh, candidates: int = 24) -> np.ndarray:
-    """The tetrahedron (k,) each point is in, or least outside, among the `candidates` with the nearest centroids."""
+    """The tetrahedron (k,) each point is in; or least outside, among the `candidates` with the nearest centroids."""
     from scipy.spatial import cKDTree
 
     corners = mesh.vertices[mesh.cells]
@@ -97,24 +97,78 @@ def _nearest_tetrahedron(points: np.ndarray, mesh: TetMesh, candidates: int = 24
         least = _volumes(points, *(corners[column, k] for k in range(4))).min(axis=1)
         deeper = least > deepest + 1e-12
         best[deeper], deepest[deeper] = column[deeper], least[deeper]
+    if len(
+        lost := np.flatnonzero(deepest < -1e-9)
+    ):  # outside of all, or in a large one whose centroid is far
+        which, cells = _within(points[lost], corners, np.zeros(len(lost)))
+        if len(which):
+            there = points[lost][which]
+            least = _volumes(there, *(corners[cells, k] for k in range(4))).min(axis=1)
+            inside = least >= 0
+            best[lost[which[inside]]] = cells[inside]
     return best
 
 
-def _nearest_triangle(points: np.ndarray, mesh: Mesh, candidates: int = 16) -> np.ndarray:
-    """Nearest triangle (k,) of each point, among the `candidates` with the nearest centroids."""
+def _within(points: np.ndarray, corners: np.ndarray, reach: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """All pairs of a point (k, 3) and a cell, by its corners (m, c, 3), whose bounding sphere is within its reach (k,).
+
+    Returns
+    -------
+    point, cell : (pairs,) int arrays
+        Sorted by point.
+    """
     from scipy.spatial import cKDTree
 
-    corners = mesh.vertices[mesh.triangles]
-    count = min(candidates, len(corners))
-    _, near = cKDTree(corners.mean(axis=1)).query(points, k=count)
-    near = np.asarray(near).reshape(len(points), count)
-    best, best_distance = near[:, 0].copy(), np.full(len(points), np.inf)
-    for column in near.T:
-        a, b, c = (corners[column, k] for k in range(3))
-        phi = np.maximum(_areas(points, a, b, c), 0.0)
-        phi /= phi.sum(axis=1, keepdims=True)
-        foot = phi[:, :1] * a + phi[:, 1:2] * b + phi[:, 2:] * c
-        distance = np.linalg.norm(points - foot, axis=1)
-        closer = distance < best_distance - 1e-12
-        best[closer], best_distance[closer] = column[closer], distance[closer]
+    centres = corners.mean(axis=1)
+    radii = np.linalg.norm(corners - centres[:, None], axis=2).max(axis=1)
+    found: list[tuple[np.ndarray, np.ndarray]] = []
+    # cells of similar size share a tree: in a graded mesh a reach for the largest would meet all of the smallest
+    sizes = np.ceil(np.log2(radii / radii.max())).astype(int)
+    for size in np.unique(sizes):
+        cells = np.flatnonzero(sizes == size)
+        largest = float(radii[cells].max())
+        near = cKDTree(centres[cells]).query_ball_point(points, reach + largest * (1 + 1e-9))
+        count = np.array([len(numbers) for numbers in near], dtype=int)
+        flat = np.fromiter((number for numbers in near for number in numbers), dtype=int, count=count.sum())
+        found.append((np.repeat(np.arange(len(points)), count), cells[flat]))
+    point, cell = (np.concatenate(part) for part in zip(*found, strict=True))
+    order = np.argsort(point, kind="stable")
+    return point[order], cell[order]
+
+
+#: Points looked for at a time.
+BATCH = 20_000
+
+
+def _nearest_triangle(points: np.ndarray, mesh: Mesh) -> np.ndarray:
+    """Nearest triangle (k,) of each point; of several, the one with the nearest centroid."""
+    from scipy.spatial import cKDTree
+
+    corners, best = mesh.vertices[mesh.triangles], np.empty(len(points), dtype=int)
+    reach, _ = cKDTree(mesh.vertices[np.unique(mesh.triangles)]).query(points)
+    centres = corners.mean(axis=1)
+    for begin in range(0, len(points), BATCH):
+        part = slice(begin, begin + BATCH)
+        point, cell = _within(points[part], corners, np.asarray(reach)[part])
+        there = points[part][point]
+        off = _distances(there, *(corners[cell, k] for k in range(3)))
+        starts = np.flatnonzero(np.diff(point, prepend=-1))
+        least = np.minimum.reduceat(off, starts)
+        kept = np.flatnonzero(off <= least[point] + 1e-12)
+        to_centre = np.linalg.norm(there[kept] - centres[cell[kept]], axis=1)
+        order = kept[np.lexsort((to_centre, point[kept]))]
+        best[part] = cell[order[np.flatnonzero(np.diff(point[order], prepend=-1))]]
     return best
+
+
+def _distances(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np.ndarray:
+    """Distance of points (k, 3) from triangles: from the plane where they are above it, else from the nearest side."""
+    m = np.cross(b - a, c - a)
+    height = np.abs(np.einsum("ij,ij->i", p - a, m)) / np.linalg.norm(m, axis=1)
+    sides = []
+    for start, end in ((a, b), (b, c), (c, a)):
+        edge = end - start
+        share = np.einsum("ij,ij->i", p - start, edge) / np.einsum("ij,ij->i", edge, edge)
+        sides.append(np.linalg.norm(p - start - np.clip(share, 0, 1)[:, None] * edge, axis=1))
+    above = (_areas(p, a, b, c) >= 0).all(axis=1)
+    return np.where(above, height, np.minimum.reduce(sides))
