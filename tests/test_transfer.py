@@ -104,7 +104,7 @@ def test_a_flat_stretched_cloth_that_turns_goes_on_so():
     cloth.x = cloth.X @ np.array([[1.3, 0.2, 0.1], [0.0, 0.9, 0.4], [0.0, 0.0, 1.0]])
 
     def turning(x):
-        return np.cross([0.3, -1.0, 0.5], x) + (1.0, 2.0, 3.0)
+        return np.array([1.0, 2.0, 3.0]) + np.cross([0.3, -1.0, 0.5], x)
 
     cloth.v = turning(cloth.x)
     for _ in range(100):

@@ -128,18 +128,18 @@ class Exchange:
         if self.patches:
             old = self.before.momenta(x_before, v_before, self.rows[0])
             new = self.after.momenta(x_after, v, self.rows[1])
-            missing = [self._missing(*pair) for pair in zip(old, new, strict=True)]
+            missing = self._missing(old[0], new[0]), self._missing(old[1], new[1])
             kept = np.ones(len(self.after.triangles), dtype=bool)
             kept[self.rows[1]] = False  # triangles that stay turn about their corners that were shifted
             inside = np.flatnonzero(self.patch >= 0)
             turned = np.cross(x_after - x_before, self.after.times(v, kept))[inside]
             np.subtract.at(missing[1], self.patch[inside], turned)
-            v += _rigid(np.where(self.free, self.patch, -1), *missing, m, c)
+            v += _rigid(np.where(self.free, self.patch, -1), missing[0], missing[1], m, c)
         whole = [np.sum(part, axis=0) for part in self.before.momenta(x_before, v_before)]
         for _ in range(2):
             now = [np.sum(part, axis=0) for part in self.after.momenta(x_after, v)]
             left = [(a - b)[None] for a, b in zip(whole, now, strict=True)]
-            v += _rigid(np.where(self.free, 0, -1), *left, m, c)
+            v += _rigid(np.where(self.free, 0, -1), left[0], left[1], m, c)
         return v
 
 
