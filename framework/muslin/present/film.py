@@ -200,6 +200,10 @@ class _Opening:
     times: np.ndarray
     cells: np.ndarray | None = None
 
+    def mesh_of(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """As a run's."""
+        return self.rest, self.shown_triangles
+
 
 def _opening(scene: Scene) -> _Opening:
     mesh = scene.load_mesh()

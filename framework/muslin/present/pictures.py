@@ -100,7 +100,8 @@ class Show:
     def strain(self, k: int) -> np.ndarray:
         """Principal stretch that is furthest from 1, averaged onto the vertices shown, (n,) [1]."""
         if self.run.cells is None:
-            return vertex_strain(self.run.rest, self.frames[k], self.run.shown_triangles)
+            rest, triangles = self.run.mesh_of(k)
+            return vertex_strain(rest, self.frames[k], triangles)
         inside = solid_strain(self.run.X, self.run.simulated[k], self.run.cells)
         return self._shown(inside)
 
@@ -128,7 +129,9 @@ class Show:
         values = (
             None if self.legend is None else 1 + self.stress(k) / self._top if self._top else self.strain(k)
         )
-        cloth = render.Surface(self.frames[k], self.run.shown_triangles, self.cloth, self.uv, values)
+        rest, triangles = self.run.mesh_of(k)
+        uv = self.uv if rest is self.run.rest else stage.pattern(rest)
+        cloth = render.Surface(self.frames[k], triangles, self.cloth, uv, values)
         others = [_surface(c, self.depth) for c in self.colliders(k)]
         if self.scene.ground is not None:
             middle = self.frames[k].mean(axis=0) * (1, 0, 1)

@@ -17,6 +17,7 @@ from muslin.physics import colliders, skinning
 from muslin.physics.body import Body
 from muslin.physics.colliders import approach, depth
 from muslin.physics.skinning import bind
+from muslin.simulation.adapting import Adapter
 from muslin.simulation.integrators import Exploded, by_integrator, steps
 from muslin.simulation.model import Model, State
 from muslin.simulation.runs import Writer, as_table
@@ -78,6 +79,7 @@ def march(
     on_step: Callable[[int, int], None] | None = None,
     start: State | None = None,
     step: int = 0,
+    adapter: Adapter | None = None,
 ) -> Run:
     """Take steps until the scene's last.
 
@@ -96,12 +98,21 @@ def march(
         Where the run began, if that is not `state`.
     step : int
         The number of `state`.
+    adapter : Adapter, optional
+        What adapts the mesh between steps; `state` is on the mesh it has now.
     """
-    body, first, interrupted = model.body, start or state, False
-    skin = bind(shown, body.undeformed, body.functions, body.stand_ins) if shown is not None else None
+    first, interrupted = start or state, False
+    body = model.body
     with np.errstate(invalid="ignore", over="ignore"):
-        states = steps(model, state, scene.dt, scene.integrator, scene.steps - step)
-        next(states)
+        if adapter:
+            states = adapter.steps(state, step)
+        else:
+            states = steps(model, state, scene.dt, scene.integrator, scene.steps - step)
+        state = next(states)
+        if adapter:
+            model = adapter.model
+            body = model.body
+        skin = bind(shown, body.undeformed, body.functions, body.stand_ins) if shown is not None else None
         row = _row(model, state, step)
         following = _tried(states)
         writer = open_writer() if open_writer else None
@@ -110,13 +121,20 @@ def march(
         def record(row: tuple[float, ...]) -> None:
             rows.append(row)
             if writer and (step % scene.frame_every == 0 or step == scene.steps):
-                writer.frame(step, state, skin.carry(state.x) if skin else None)
+                writer.frame(step, state, skin.carry(state.x) if skin else None, adapter)
 
         try:
             if step == 0:
                 record(row)
             for state in following:
                 step += 1
+                if adapter and model is not adapter.model:
+                    model, body = adapter.model, adapter.model.body
+                    skin = (
+                        None
+                        if shown is None
+                        else bind(shown, body.undeformed, body.functions, body.stand_ins)
+                    )
                 record(_row(model, state, step))
                 if on_step:
                     on_step(step, scene.steps)

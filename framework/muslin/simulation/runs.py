@@ -8,6 +8,8 @@
 `display.npz`       display mesh, where there is one: vertices, triangles
 `frames/000000.npy` positions at a frame, named by its step, (n, 3) float64 [m]; `display/` likewise
 `energies.csv`      one row per step: kinetic, elastic, gravity energy [J], contacts
+`meshes/000000.npz` of an adaptive cloth: X and triangles from this frame on, until the next such file
+`adapting.csv`      of an adaptive cloth: one row per change of the mesh, and what it did to the energies
 `checkpoint.npz`    last frame's state, to resume from
 ==================  =====================================================================================
 """
@@ -22,7 +24,7 @@ import shutil
 import zipfile
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, TextIO
+from typing import TYPE_CHECKING, Any, TextIO
 
 import numpy as np
 
@@ -30,12 +32,15 @@ from muslin import __version__
 from muslin.base import engine, paths
 from muslin.base.errors import MuslinError
 from muslin.base.writing import write
-from muslin.mesh import Mesh, TetMesh
+from muslin.mesh import Mesh, Refinement, TetMesh
 from muslin.mesh.tets import frozen_solid
 from muslin.physics.body import Body
-from muslin.simulation import scenes
+from muslin.simulation import changing, scenes
 from muslin.simulation.model import State
 from muslin.simulation.scenes import Scene
+
+if TYPE_CHECKING:
+    from muslin.simulation.adapting import Adapter
 
 #: Columns of the energy log: what, unit.
 COLUMNS = {
@@ -97,6 +102,7 @@ class Writer:
             for frame in [*run.folder.glob("frames/*.npy"), *run.folder.glob("display/*.npy")]:
                 if int(frame.stem) > step or (int(frame.stem) % every and steps > step):
                     frame.unlink()
+            changing.forget(run.folder, step)
         return writer
 
     def meshes(self, body: Body, pinned: np.ndarray, display: Mesh | None) -> None:
@@ -117,10 +123,15 @@ class Writer:
         """Append a row to the energy log."""
         self.rows.append(tuple(values))
 
-    def frame(self, step: int, state: State, display: np.ndarray | None = None) -> None:
+    def frame(
+        self, step: int, state: State, display: np.ndarray | None = None, adapter: Adapter | None = None
+    ) -> None:
         """Save the energy log so far, a frame, and a checkpoint: in this order, each says that the last is there."""
+        refined: dict[str, Any] = {}
         with _writing(self.folder):
             self._flush()
+            if adapter is not None:
+                refined = changing.save(self.folder, step, adapter)
             _save(self.folder / "frames" / f"{step:06d}.npy", state.x)
             if display is not None:
                 _save(self.folder / "display" / f"{step:06d}.npy", display)
@@ -135,7 +146,7 @@ class Writer:
                 "step": step,
                 "active": state.active,
             }
-            np.savez(partial, **here, **before)
+            np.savez(partial, **here, **before, **refined)
             os.replace(partial, self.folder / "checkpoint.npz")
 
     def _flush(self) -> None:
@@ -236,12 +247,32 @@ class RunFolder:
     @property
     def frames(self) -> Sequence[np.ndarray]:
         """Positions (n, 3) of what is shown (the display mesh where there is one), frame by frame."""
-        return _Lazy(self._frames, self.rest.shape)
+        return _Lazy(self._frames, None if self._changes else self.rest.shape)
+
+    @property
+    def _changes(self) -> bool:
+        """Whether what is shown has another mesh in each frame."""
+        return self.scene.adaptive and self._shown == "frames"
+
+    def mesh_of(self, k: int) -> tuple[np.ndarray, np.ndarray]:
+        """What is shown in frame k: undeformed vertices (n, 3) and triangles (m, 3)."""
+        if not self._changes:
+            return self.rest, self.shown_triangles
+        with _reading(self.folder / "meshes"):
+            found = changing.at(self.folder, int(self._frames[k].stem))
+            if found is None:
+                raise ValueError("no mesh")
+            return found
+
+    def refined(self) -> tuple[Refinement, list[tuple[float, ...]]]:
+        """The refinement an adaptive cloth goes on from, and the log of its changes."""
+        with _reading(self.folder / "checkpoint.npz") as path:
+            return changing.load(path)
 
     @property
     def simulated(self) -> Sequence[np.ndarray]:
         """Positions of the simulation mesh, frame by frame."""
-        return _Lazy(self._files("frames"), self.X.shape)
+        return _Lazy(self._files("frames"), None if self.scene.adaptive else self.X.shape)
 
     @property
     def energies(self) -> np.recarray:
@@ -260,7 +291,8 @@ class RunFolder:
         """Last state saved, and its step."""
         with _reading(self.folder / "checkpoint.npz") as path, np.load(path) as saved:
             state = State(saved["x"], saved["v"], float(saved["time"]))
-            if not state.x.shape == state.v.shape == self.X.shape:
+            fits = state.x.shape == state.v.shape == self.X.shape or self.scene.adaptive
+            if not fits:
                 raise ValueError("of another mesh")
             for name in {"active", "pressed"} & set(
                 saved
@@ -272,7 +304,7 @@ class RunFolder:
 
 
 class _Lazy(Sequence[np.ndarray]):
-    def __init__(self, files: list[Path], shape: tuple[int, ...]):
+    def __init__(self, files: list[Path], shape: tuple[int, ...] | None):
         self._files, self._shape = files, shape
 
     def __len__(self) -> int:
@@ -287,7 +319,7 @@ class _Lazy(Sequence[np.ndarray]):
     def _frame(self, path: Path) -> np.ndarray:
         with _reading(path):
             x: np.ndarray = np.load(path, allow_pickle=False)
-            if x.shape != self._shape or x.dtype.kind != "f":
+            if x.shape != (self._shape or x.shape) or x.dtype.kind != "f":
                 raise ValueError("not the positions of this mesh")
             return x
 
@@ -326,9 +358,9 @@ def _clear(folder: Path) -> None:
             name = json.loads((folder / "run.json").read_text(encoding="utf-8"))["scene"]
             for picture in [*folder.glob(f"{name}.*"), *folder.glob(f"{name}-energies.png")]:
                 picture.unlink()
-        for name in ("frames", "display"):
+        for name in ("frames", "display", "meshes"):
             shutil.rmtree(folder / name, ignore_errors=True)
-        for name in ("run.json", "mesh.npz", "display.npz", "energies.csv", "checkpoint.npz"):
+        for name in ("run.json", "mesh.npz", "display.npz", "energies.csv", "adapting.csv", "checkpoint.npz"):
             (folder / name).unlink(missing_ok=True)
     elif folder.exists() and not folder.is_dir():
         raise MuslinError(f"{paths.shown(folder)} is a file.", "Choose another --out folder.")

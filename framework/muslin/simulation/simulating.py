@@ -15,10 +15,11 @@ import numpy as np
 from muslin import mesh as meshes
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.mesh import Mesh, TetMesh
+from muslin.mesh import Mesh, Refinement, TetMesh
 from muslin.physics.body import Body
 from muslin.physics.selfcontact import SELF_COLLISION, SelfContact
 from muslin.simulation import scenes
+from muslin.simulation.adapting import Adapter
 from muslin.simulation.marching import Run, march
 from muslin.simulation.model import Model, State
 from muslin.simulation.runs import RunFolder, Writer
@@ -33,8 +34,12 @@ def build(
     hessian: str = "closed",
     mesh: Mesh | TetMesh | None = None,
     stand_ins: Iterable[str] = (),
+    x: np.ndarray | None = None,
+    pinned: np.ndarray | None = None,
 ) -> tuple[Model, State]:
     """Model and starting state of a scene, with another mesh than its own if one is given.
+
+    So may be where the vertices x (n, 3) start, and which are pinned.
 
     The other parameters are those of `simulate`.
 
@@ -45,10 +50,8 @@ def build(
     """
     mesh = scene.load_mesh() if mesh is None else mesh
     body = scene.body(mesh, functions, energy or scene.ENERGIES[0], hessian, stand_ins)
-    x = np.ascontiguousarray(scene.start(scene, mesh))
-    middle = (x.min(axis=0) + x.max(axis=0)) / 2
-    x = middle + (x - middle) * np.asarray(scene.stretch) if scene.stretch != (1.0, 1.0, 1.0) else x
-    pinned = scene.pinned_vertices(mesh)
+    x = _start(scene, mesh) if x is None else x
+    pinned = scene.pinned_vertices(mesh) if pinned is None else pinned
     carried = scene.carried
 
     def pinned_velocity(time: float, dt: float) -> np.ndarray:
@@ -93,6 +96,42 @@ def _self_contact(scene: Scene, body: Body, x: np.ndarray) -> SelfContact | None
             "Start it elsewhere, or use --set self_collision=off.",
         )
     return contact
+
+
+def _start(scene: Scene, mesh: Mesh | TetMesh) -> np.ndarray:
+    """Where a mesh's vertices are at the start, (n, 3)."""
+    x = np.ascontiguousarray(scene.start(scene, mesh))
+    middle = (x.min(axis=0) + x.max(axis=0)) / 2
+    return middle + (x - middle) * np.asarray(scene.stretch) if scene.stretch != (1.0, 1.0, 1.0) else x
+
+
+def _adapter(
+    scene: Scene,
+    functions: Functions | None,
+    energy: str | None,
+    hessian: str,
+    mesh: Mesh | TetMesh,
+    stand_ins: Iterable[str],
+    model: Model,
+    start: np.ndarray,
+    refined: tuple[Refinement, list[tuple[float, ...]]] | None = None,
+) -> Adapter | None:
+    """What adapts the mesh of a scene that asks for it."""
+    if not scene.adaptive:
+        return None
+    if not isinstance(mesh, Mesh):
+        raise MuslinError("Only cloth can be adaptive; this is a solid.", "Leave adaptive off.")
+    if scene.self_collision != SELF_COLLISION[0]:
+        raise MuslinError(
+            "An adaptive cloth cannot be kept from crossing itself yet: a flipped edge may cut through it.",
+            "Use --set adaptive=off, or --set self_collision=off.",
+        )
+
+    def rebuilt(mesh: Mesh, x: np.ndarray, pinned: np.ndarray, rho: float) -> Model:
+        dense = replace(scene, rho=rho)
+        return build(dense, functions, energy, hessian, mesh, tuple(stand_ins), x, pinned)[0]
+
+    return Adapter(scene, mesh, start, model, rebuilt, refined)
 
 
 def simulate(
@@ -167,8 +206,9 @@ def simulate(
             on_notice(remark)
     shown = chosen.skin(mesh) if display is None else meshes.load(display).scaled(mesh.scale)
     energy = energy or chosen.ENERGIES[0]
+    adapter = _adapter(chosen, functions, energy, hessian, mesh, stand_ins, model, state.x)
     if out is None:
-        return march(chosen, model, state, shown=shown, on_step=on_step)
+        return march(chosen, model, state, shown=shown, on_step=on_step, adapter=adapter)
     _require_repeatable(chosen)
 
     def writer() -> Writer:
@@ -176,7 +216,7 @@ def simulate(
         opened.meshes(model.body, model.pinned, shown)
         return opened
 
-    return march(chosen, model, state, writer, shown, on_step)
+    return march(chosen, model, state, writer, shown, on_step, adapter=adapter)
 
 
 def _chosen(
@@ -245,6 +285,18 @@ def _resume(
     shown = None
     if (folder.folder / "display.npz").is_file():
         shown = Mesh.from_arrays(folder.rest, folder.shown_triangles, name="display")
+    refined = folder.refined() if chosen.adaptive else None
+    adapter = _adapter(
+        chosen, functions, recorded["energy"], recorded["hessian"], mesh, stand_ins, model, start.x, refined
+    )
     return march(
-        chosen, model, state, lambda: Writer.resumed(folder, step, chosen.steps), shown, on_step, start, step
+        chosen,
+        model,
+        state,
+        lambda: Writer.resumed(folder, step, chosen.steps),
+        shown,
+        on_step,
+        start,
+        step,
+        adapter,
     )

@@ -105,6 +105,11 @@ class Scene:
     bending_stiffness: float = COTTON  # flexural rigidity [N m]
     self_collision: str = "off"  # of the body with itself: off, or fast (extra `contact`)
     thickness: float = 1e-3  # of what touches itself: it keeps a quarter of that apart, or more [m]
+    adaptive: bool = False  # whether the mesh is refined and coarsened while it moves
+    levels: int = 2  # of an adaptive mesh: each has three times the triangles
+    budget: int = 20000  # vertices of an adaptive mesh at most
+    refine_angle: float = 12.0  # between neighbouring triangles, from which they are refined [degrees]
+    refine_stretch: float = 0.1  # difference of their principal stretches, likewise; 0: any
     stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
     project: bool = True
     tolerance: float = 1e-8  # of Newton's method, in backward Euler
@@ -334,6 +339,9 @@ LOWEST = {
     "sphere_radius": 0.0,
     "tolerance": 0.0,
     "thickness": 0.0,
+    "levels": 0,
+    "budget": 2,
+    "refine_angle": 0.0,
 }
 
 

@@ -1,0 +1,206 @@
+"""A cloth whose mesh follows it: refined and coarsened between steps, everything rebuilt on the new mesh.
+
+Before every `EVERY`-th step vertices that are no longer needed are taken out, and triangles that are too large are
+refined by one generation (see `criteria`, and `muslin.mesh.refinement` for how). Positions, velocities, pins
+and contacts go over to the new mesh as `muslin.physics.transfer` says. Which step adapts depends on its number alone,
+so that a run that was stopped and goes on is the one that was not.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from muslin.mesh import Mesh, Refinement, area_and_normal
+from muslin.mesh.surface import frozen
+from muslin.physics.transfer import Exchange, Sheet
+from muslin.simulation.criteria import indicator
+from muslin.simulation.integrators import steps
+from muslin.simulation.model import NOBODY, Model, State
+from muslin.simulation.scenes import Scene
+
+#: Steps between two adaptations.
+EVERY = 4
+
+#: A vertex goes where the indicator is below this: without it the triangles are sqrt(3) times as large, and the
+#: indicator as much, or 3 times where it was alone to stand out.
+COARSER = 0.3
+
+#: (undeformed mesh, start positions, pinned vertices, density) -> model
+Build = Callable[[Mesh, np.ndarray, np.ndarray, float], Model]
+
+
+class Adapter:
+    """The mesh of a run and what follows from it.
+
+    Parameters
+    ----------
+    scene : Scene
+        Says how fine the mesh may become.
+    mesh : Mesh
+        The mesh one begins with, undeformed.
+    start : (n, 3) array
+        Where its vertices are at the start [m].
+    model : Model
+        Made of it.
+    build : callable
+        Makes another.
+    refined : Refinement and log, optional
+        Where to go on.
+
+    Attributes
+    ----------
+    model : Model
+        That of the mesh as it is now.
+    refined : Refinement
+    log : list
+        One row per change of the mesh: time [s], vertices, triangles, and by how much it changed the kinetic, elastic
+        and gravity energy [J].
+    """
+
+    def __init__(
+        self,
+        scene: Scene,
+        mesh: Mesh,
+        start: np.ndarray,
+        model: Model,
+        build: Build,
+        refined: tuple[Refinement, list[tuple[float, ...]]] | None = None,
+    ):
+        self.scene, self._mesh, self._start, self._build = scene, mesh, start, build
+        self._pinned = np.zeros(len(mesh.vertices), dtype=bool)
+        self._pinned[model.pinned] = True
+        self._area = float(area_and_normal(mesh.vertices, mesh.triangles)[0].sum())
+        self.model, self.refined = model, Refinement.of(mesh)
+        self.log: list[tuple[float, ...]] = []
+        self._resumed = refined is not None
+        if refined is not None:
+            self.refined, self.log = refined
+            self._rebuild()
+
+    def steps(self, state: State, step: int) -> Iterator[State]:
+        """As `integrators.steps`, from the state of a step up to the scene's last, adapted before it is given first.
+
+        `model` and `refined` are those of the state that was given last.
+        """
+        scene = self.scene
+        if step % EVERY == 0 and not (self._resumed and step == 0):
+            state = self.adapt(state)
+        count = min(EVERY - step % EVERY, scene.steps - step)
+        states = steps(self.model, state, scene.dt, scene.integrator, count)
+        yield next(states)
+        while True:
+            for state in states:
+                step += 1
+                yield state
+            if step >= scene.steps:
+                return
+            state = self.adapt(state)
+            count = min(EVERY, scene.steps - step)
+            states = steps(self.model, state, scene.dt, scene.integrator, count)
+            next(states)
+
+    def adapt(self, state: State) -> State:
+        """The state on a mesh that fits it better; `model` and `refined` are then of that mesh."""
+        before = self._energies(state)
+        changed = self._coarsened(state)
+        changed = self._finer(changed)
+        if changed is state:
+            return state
+        after = self._energies(changed)
+        lost = [a - b for a, b in zip(after, before, strict=True)]
+        self.log.append((state.time, len(changed.x), len(self.refined.triangles), *lost))
+        return changed
+
+    # How ----------------------------------------------------------------------------------------------------
+
+    def _coarsened(self, state: State) -> State:
+        mesh = self.refined
+        if not mesh.added:
+            return state
+        worst = np.zeros(mesh.vertices)
+        np.maximum.at(worst, mesh.triangles.ravel(), np.repeat(self._indicator(state), 3))
+        wanted = worst >= COARSER
+        split = mesh.children[:, 0]  # the two of a trisection have one, and go together
+        goes = mesh.removable() & ~wanted & ~np.isin(split, split[wanted])
+        if not goes.any():
+            return state
+        old, sheet = self.refined, self._sheet()
+        self.refined, kept = old.coarsen(np.flatnonzero(goes))
+        self._rebuild()
+        after = self._sheet()
+        exchange = Exchange(sheet, Sheet(kept[after.triangles], after.masses), len(state.x), self._free(old))
+        x = exchange.recentred(state.x)
+        v = exchange.conserved(state.x, x, state.v, state.v)
+        number = np.full(len(state.x), -1)
+        number[kept] = np.arange(len(kept))
+        active = number[state.active]
+        return State(x[kept], v[kept], state.time, [], active[active >= 0])
+
+    def _finer(self, state: State) -> State:
+        mesh, scene = self.refined, self.scene
+        found = self._indicator(state)
+        rows = np.flatnonzero((found >= 1) & (mesh.generation < 2 * scene.levels))
+        rows = self._within_budget(rows[np.argsort(-found[rows], kind="stable")])
+        if not len(rows):
+            return state
+        old, sheet = self.refined, self._sheet()
+        self.refined = old.refine(rows)
+        self._rebuild()
+        x, v = self.refined.spread(state.x), self.refined.spread(state.v)
+        exchange = Exchange(sheet, self._sheet(), len(x), self._free(self.refined))
+        moved = exchange.recentred(x)
+        v = exchange.conserved(x, moved, v, v)
+        pressed = np.zeros(len(state.x), dtype=bool)
+        pressed[state.active] = True
+        active = np.flatnonzero(self.refined.all_of(pressed)) if len(state.active) else NOBODY
+        return State(moved, v, state.time, [], active)
+
+    def _within_budget(self, rows: np.ndarray) -> np.ndarray:
+        """As many of these, the first ones, as the budget of vertices allows."""
+        left = self.scene.budget - self.refined.vertices
+        low, high = 0, len(rows)
+        if high and self.refined.growth(rows) <= left:
+            return rows
+        while high - low > 1:
+            middle = (low + high) // 2
+            if self.refined.growth(rows[:middle]) <= left:
+                low = middle
+            else:
+                high = middle
+        return rows[:low]
+
+    def _indicator(self, state: State) -> np.ndarray:
+        scene, colliders = self.scene, self.model.colliders_at(state.time)
+        angle = np.radians(scene.refine_angle)
+        return indicator(self.refined, self.model.body.X, state.x, colliders, angle, scene.refine_stretch)
+
+    def _sheet(self) -> Sheet:
+        area = area_and_normal(self.model.body.X, self.refined.triangles)[0]
+        mass = float(self.model.body.mass_factor.sum())
+        return Sheet(self.refined.triangles, mass / float(area.sum()) * area)
+
+    def _free(self, mesh: Refinement) -> np.ndarray:
+        return ~mesh.all_of(self._pinned)
+
+    def _rebuild(self) -> None:
+        """The model of the mesh as it is now; its mass is that of the mesh one began with."""
+        mesh, begun = self.refined, self._mesh
+        X = mesh.spread(begun.vertices)
+        numbers = begun.numbers
+        if numbers is not None:
+            numbers = np.concatenate([numbers, numbers[-1] + 1 + np.arange(mesh.added)])
+        rest = frozen(X, mesh.triangles, begun.name, (), numbers)
+        area = float(area_and_normal(X, mesh.triangles)[0].sum())
+        factor = self._area / area if abs(area / self._area - 1) > 1e-12 else 1.0
+        pinned = np.flatnonzero(mesh.all_of(self._pinned))
+        self.model = self._build(
+            replace(rest, scale=begun.scale), mesh.spread(self._start), pinned, factor * self.scene.rho
+        )
+
+    def _energies(self, state: State) -> tuple[float, float, float]:
+        body = self.model.body
+        body.update(state.x)
+        return body.kinetic_energy(state.v), body.energy_here(), self.model.potential(state.x)

@@ -1,0 +1,181 @@
+"""A cloth whose mesh follows it: what must not depend on the mesh does not, and a run can be stopped and read back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin.base.errors import MuslinError
+from muslin.mesh import Refinement, grid
+from muslin.mesh.refinement import violations
+from muslin.mesh.surface import frozen
+from muslin.simulation import adapting, scenes
+from muslin.simulation.criteria import indicator
+from muslin.simulation.runs import RunFolder
+from muslin.simulation.simulating import _adapter, build
+
+#: Small, quick, and refined within the first steps.
+DRAPE = {"resolution": 8, "adaptive": True, "start_at": "0,0.302,0", "steps": 24, "frame_every": 4}
+
+
+def folds(mesh, x, angle=10.0, stretch=0.0, colliders=()):
+    return indicator(mesh, mesh.spread(grid(6, 6).vertices), x, colliders, np.radians(angle), stretch)
+
+
+def adapter_of(**parameters):
+    scene = scenes.get("drape", **(DRAPE | parameters))
+    mesh = scene.load_mesh()
+    model, state = build(scene, mesh=mesh)
+    return _adapter(scene, None, None, "closed", mesh, (), model, state.x), state
+
+
+def test_a_linearly_stretched_cloth_refined_at_random_has_one_stress():
+    mesh, rng = grid(6, 6), np.random.default_rng(0)
+    refined = Refinement.of(mesh)
+    for _ in range(4):
+        refined = refined.refine(rng.integers(0, len(refined.triangles), 12))
+    F = np.array([[1.2, 0.1, 0.0], [-0.05, 0.9, 0.0], [0.3, 0.2, 1.0]])
+    X, x = refined.spread(mesh.vertices), refined.spread(mesh.vertices @ F.T)
+    cloth = muslin.Cloth(frozen(X, refined.triangles, "refined"), mu=1e3, lam=1e3)
+    forces = cloth.gradient(x)
+    inside = np.setdiff1d(np.arange(len(X)), muslin.mesh.boundary(refined.triangles))
+    assert np.abs(forces[inside]).max() < 1e-12 * np.abs(forces).max() * 100
+    assert np.ptp(cloth.stretches(x), axis=0).max() < 1e-12
+    assert cloth.energy(x) == pytest.approx(
+        muslin.Cloth(mesh, mu=1e3, lam=1e3).energy(mesh.vertices @ F.T), rel=1e-12
+    )
+
+
+def test_an_adapting_cloth_in_free_fall_falls_freely(monkeypatch):
+    rng = np.random.default_rng(1)
+    monkeypatch.setattr(
+        adapting,
+        "indicator",
+        lambda mesh, *_: 2 * rng.random(len(mesh.triangles)) ** 4 * (rng.random() < 0.7),
+    )
+    parameters = {"sphere": False, "floor": False, "start_velocity": "1,2,3", "steps": 80, "tilt": 30.0}
+    run = muslin.simulate("drape", **(DRAPE | parameters))
+    assert len(run.x) > len(run.x0)
+    t = run.energies[-1].time
+    assert np.abs(run.v - np.array([1.0, 2.0 - 9.81 * t, 3.0])).max() < 1e-9
+
+
+def test_an_adaptation_keeps_mass_momentum_and_angular_momentum():
+    adapter, state = adapter_of()
+    x = state.x + 0.02 * np.sin(9 * state.x[:, [1, 2, 0]] + 7 * state.x)
+    state = replace(state, x=x, v=np.cos(5 * x))
+
+    def kept(model, state):
+        p = (model.body.mass @ state.v.ravel()).reshape(-1, 3)
+        return np.array([model.body.mass.sum(), *p.sum(axis=0), *np.cross(state.x, p).sum(axis=0)])
+
+    before = kept(adapter.model, state)
+    for _ in range(6):
+        state = adapter.adapt(state)
+        assert violations(adapter.refined) == []
+        assert np.abs(kept(adapter.model, state) - before).max() < 1e-13
+    assert len(adapter.log) > 1
+    assert len(state.x) == adapter.refined.vertices > len(x)
+
+
+def test_what_is_flat_again_is_coarsened_to_the_mesh_one_began_with():
+    adapter, state = adapter_of(sphere=False)
+    flat = state.x.copy()
+    begun = adapter.refined.triangles.tobytes()
+    state = adapter.adapt(replace(state, x=flat + [0, 0.1, 0] * np.sin(9 * flat[:, :1])))
+    assert adapter.refined.added
+    for _ in range(8):
+        level = state.x * [1.0, 0.0, 1.0]
+        state = adapter.adapt(replace(state, x=level))
+    assert adapter.refined.triangles.tobytes() == begun
+
+
+def test_curvature_contact_and_uneven_stretch_ask_for_refinement_and_a_plane_does_not():
+    from muslin.physics.colliders import Sphere
+
+    mesh = Refinement.of(grid(6, 6))
+    X = grid(6, 6).vertices
+    assert folds(mesh, X @ np.diag([1.3, 0.8, 1.0]), stretch=0.01).max() < 1e-6
+    bent = X + [0.0, 0.0, 0.3] * np.abs(X[:, :1])
+    found = folds(mesh, bent)
+    at_fold = np.abs(X[mesh.triangles, 0]).min(axis=1) < 0.11
+    assert found[at_fold].max() > 1 > found[~at_fold].max()
+    near = folds(mesh, X, colliders=[Sphere((0.0, 0.0, -0.31), 0.3)])
+    assert near.max() > 1
+    assert near.min() == 0
+    uneven = X * [1.0, 1.0, 1.0] + [0.2, 0.0, 0.0] * np.maximum(X[:, :1], 0)
+    assert folds(mesh, uneven, stretch=0.1).max() > 1
+
+
+def test_the_budget_of_vertices_is_kept():
+    run = muslin.simulate("drape", **DRAPE, budget=90)
+    assert 64 < len(run.x) <= 90
+
+
+def test_levels_limit_how_fine_it_becomes():
+    adapter, state = adapter_of(levels=1)
+    bent = state.x + [0, 0.2, 0] * np.sin(9 * state.x[:, :1])
+    for _ in range(5):
+        state = adapter.adapt(replace(state, x=adapter.refined.spread(bent)))
+    assert adapter.refined.generation.max() == 2
+
+
+def test_the_same_run_has_the_same_bits_and_so_has_one_that_was_stopped(tmp_path):
+    whole = muslin.simulate("drape", **DRAPE, out=tmp_path / "whole")
+    stopped = {**DRAPE, "steps": 12}
+    muslin.simulate("drape", **stopped, out=tmp_path / "parts")
+    parts = muslin.simulate("drape", steps=24, out=tmp_path / "parts", resume=True)
+    assert len(whole.x) > 64
+    assert parts.x.tobytes() == whole.x.tobytes()
+    assert parts.v.tobytes() == whole.v.tobytes()
+    for file in [*(tmp_path / "whole").rglob("*.np[yz]"), tmp_path / "whole" / "adapting.csv"]:
+        if file.name != "checkpoint.npz":
+            there = tmp_path / "parts" / file.relative_to(tmp_path / "whole")
+            assert there.read_bytes() == file.read_bytes(), file.name
+
+
+def test_a_run_is_read_back_with_the_mesh_of_each_frame(tmp_path):
+    run = muslin.simulate("drape", **DRAPE, out=tmp_path / "run")
+    read = RunFolder(tmp_path / "run")
+    sizes = []
+    for k, x in enumerate(read.frames):
+        rest, triangles = read.mesh_of(k)
+        assert len(rest) == len(x) == triangles.max() + 1
+        sizes.append(len(x))
+    assert len(set(sizes)) > 1
+    assert sizes[-1] == len(run.x)
+
+
+def test_what_lies_between_pinned_vertices_is_pinned_and_stays():
+    adapter, state = adapter_of(pinned="highest:0.2", sphere=False)
+    held = len(adapter.model.pinned)
+    state = adapter.adapt(replace(state, x=state.x + [0, 0.2, 0] * np.sin(9 * state.x[:, :1])))
+    model = adapter.model
+    assert held < len(model.pinned) < len(state.x)
+    assert model.body.X[model.pinned, 1].min() >= 0.3 - 1e-9
+    later = next(after for k, after in enumerate(adapter.steps(state, 1)) if k == 2)
+    assert adapter.model is model
+    assert np.array_equal(later.x[model.pinned], state.x[model.pinned])
+    assert not np.array_equal(later.x, state.x)
+
+
+@pytest.mark.parametrize(
+    ("parameters", "said"),
+    [
+        ({"levels": -1}, "levels"),
+        ({"budget": 2}, "budget"),
+        ({"refine_angle": 0}, "refine_angle"),
+        ({"adaptive": "maybe"}, "on or off"),
+    ],
+)
+def test_parameters_that_make_no_sense_are_refused(parameters, said):
+    with pytest.raises(MuslinError, match=said):
+        muslin.simulate("drape", **(DRAPE | parameters))
+
+
+def test_a_solid_cannot_be_adaptive():
+    with pytest.raises(MuslinError, match="Only cloth"):
+        muslin.simulate("jelly", adaptive=True, steps=1)
