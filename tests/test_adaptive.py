@@ -18,7 +18,7 @@ from muslin.simulation.runs import RunFolder
 from muslin.simulation.simulating import _adapter, build
 
 #: Small, quick, and refined within the first steps.
-DRAPE = {"resolution": 8, "adaptive": True, "start_at": "0,0.302,0", "steps": 24, "frame_every": 4}
+DRAPE = {"resolution": 8, "adaptive": True, "start_at": "0,0.302,0", "steps": 32, "frame_every": 8}
 
 
 def folds(mesh, x, angle=10.0, stretch=0.0, colliders=()):
@@ -127,7 +127,7 @@ def test_the_same_run_has_the_same_bits_and_so_has_one_that_was_stopped(tmp_path
     whole = muslin.simulate("drape", **DRAPE, out=tmp_path / "whole")
     stopped = {**DRAPE, "steps": 12}
     muslin.simulate("drape", **stopped, out=tmp_path / "parts")
-    parts = muslin.simulate("drape", steps=24, out=tmp_path / "parts", resume=True)
+    parts = muslin.simulate("drape", steps=32, out=tmp_path / "parts", resume=True)
     assert len(whole.x) > 64
     assert parts.x.tobytes() == whole.x.tobytes()
     assert parts.v.tobytes() == whole.v.tobytes()
@@ -147,6 +147,22 @@ def test_a_run_is_read_back_with_the_mesh_of_each_frame(tmp_path):
         sizes.append(len(x))
     assert len(set(sizes)) > 1
     assert sizes[-1] == len(run.x)
+
+
+@pytest.mark.parametrize("to", ["glb", "usda", "pvd"])
+def test_a_run_is_exported_on_one_fine_mesh_that_is_where_the_cloth_is(tmp_path, to):
+    from muslin.present.carried import Carried
+    from muslin.present.pictures import export_run
+
+    muslin.simulate("drape", **DRAPE, out=tmp_path / "run")
+    assert all(file.is_file() for file in export_run(tmp_path / "run", to))
+    read = RunFolder(tmp_path / "run")
+    carried = Carried(read)
+    rest, triangles = read.mesh_of(-1)
+    assert len(carried.mesh.triangles) == 9 * 98
+    for k, x in enumerate(read.frames):
+        assert np.abs(carried[k][:64] - x[:64]).max() < 1e-12  # where both have a vertex
+    assert len(rest) == triangles.max() + 1
 
 
 def test_what_lies_between_pinned_vertices_is_pinned_and_stays():

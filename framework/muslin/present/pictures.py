@@ -21,6 +21,7 @@ from muslin.simulation.runs import RunFolder
 
 if TYPE_CHECKING:
     from muslin.export import Animation
+from muslin.present.carried import Carried
 from muslin.present.naming import beside, placed
 from muslin.present.strain import cell_stress, solid_strain, vertex_strain, vertex_stress
 
@@ -362,6 +363,13 @@ def animation(folder: Path | str) -> Animation:
         frames = [np.asarray(there[number].vertices) for there in bodies]
         moves = any(not np.array_equal(frames[0], frame) for frame in frames[1:])
         props.append(Prop(name, np.asarray(bodies[0][number].triangles), frames if moves else frames[0]))
+    if run.changes:
+        carried = Carried(run)
+        rest, triangles = carried.mesh.vertices, carried.mesh.triangles
+        return Animation(
+            show.times, carried, triangles, rest, name=run.scene.name, props=tuple(props),
+            strain=lambda k: vertex_strain(rest, carried[k], triangles),
+        )  # fmt: skip
     return Animation(
         show.times, run.frames, run.shown_triangles, run.rest,
         name=run.scene.name, props=tuple(props), strain=show.strain,

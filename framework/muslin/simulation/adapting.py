@@ -22,7 +22,7 @@ from muslin.simulation.model import NOBODY, Model, State
 from muslin.simulation.scenes import Scene
 
 #: Steps between two adaptations.
-EVERY = 4
+EVERY = 8
 
 #: A vertex goes where the indicator is below this: without it the triangles are sqrt(3) times as large, and the
 #: indicator as much, or 3 times where it was alone to stand out.
@@ -73,6 +73,7 @@ class Adapter:
         self._pinned = np.zeros(len(mesh.vertices), dtype=bool)
         self._pinned[model.pinned] = True
         self._area = float(area_and_normal(mesh.vertices, mesh.triangles)[0].sum())
+        self._mass = float(model.body.mass_factor.sum())
         self.model, self.refined = model, Refinement.of(mesh)
         self.log: list[tuple[float, ...]] = []
         self._resumed = refined is not None
@@ -105,10 +106,10 @@ class Adapter:
     def adapt(self, state: State) -> State:
         """The state on a mesh that fits it better; `model` and `refined` are then of that mesh."""
         before = self._energies(state)
-        changed = self._coarsened(state)
-        changed = self._finer(changed)
+        changed = self._finer(self._coarsened(state))
         if changed is state:
             return state
+        self._rebuild()
         after = self._energies(changed)
         lost = [a - b for a, b in zip(after, before, strict=True)]
         self.log.append((state.time, len(changed.x), len(self.refined.triangles), *lost))
@@ -129,7 +130,6 @@ class Adapter:
             return state
         old, sheet = self.refined, self._sheet()
         self.refined, kept = old.coarsen(np.flatnonzero(goes))
-        self._rebuild()
         after = self._sheet()
         exchange = Exchange(sheet, Sheet(kept[after.triangles], after.masses), len(state.x), self._free(old))
         x = exchange.recentred(state.x)
@@ -148,7 +148,6 @@ class Adapter:
             return state
         old, sheet = self.refined, self._sheet()
         self.refined = old.refine(rows)
-        self._rebuild()
         x, v = self.refined.spread(state.x), self.refined.spread(state.v)
         exchange = Exchange(sheet, self._sheet(), len(x), self._free(self.refined))
         moved = exchange.recentred(x)
@@ -172,15 +171,18 @@ class Adapter:
                 high = middle
         return rows[:low]
 
+    def _rest(self) -> np.ndarray:
+        """Undeformed positions of the mesh as it is now, (n, 3)."""
+        return self.refined.spread(self._mesh.vertices)
+
     def _indicator(self, state: State) -> np.ndarray:
         scene, colliders = self.scene, self.model.colliders_at(state.time)
         angle = np.radians(scene.refine_angle)
-        return indicator(self.refined, self.model.body.X, state.x, colliders, angle, scene.refine_stretch)
+        return indicator(self.refined, self._rest(), state.x, colliders, angle, scene.refine_stretch)
 
     def _sheet(self) -> Sheet:
-        area = area_and_normal(self.model.body.X, self.refined.triangles)[0]
-        mass = float(self.model.body.mass_factor.sum())
-        return Sheet(self.refined.triangles, mass / float(area.sum()) * area)
+        area = area_and_normal(self._rest(), self.refined.triangles)[0]
+        return Sheet(self.refined.triangles, self._mass / float(area.sum()) * area)
 
     def _free(self, mesh: Refinement) -> np.ndarray:
         return ~mesh.all_of(self._pinned)
@@ -188,7 +190,7 @@ class Adapter:
     def _rebuild(self) -> None:
         """The model of the mesh as it is now; its mass is that of the mesh one began with."""
         mesh, begun = self.refined, self._mesh
-        X = mesh.spread(begun.vertices)
+        X = self._rest()
         numbers = begun.numbers
         if numbers is not None:
             numbers = np.concatenate([numbers, numbers[-1] + 1 + np.arange(mesh.added)])

@@ -52,13 +52,6 @@ def at(folder: Path, frame: int) -> tuple[np.ndarray, np.ndarray] | None:
     return _read(there[-1]) if there else None
 
 
-def forget(folder: Path, step: int) -> None:
-    """Remove the meshes of frames after a step."""
-    for file in (folder / "meshes").glob("[0-9]*.npz"):
-        if int(file.stem) > step:
-            file.unlink()
-
-
 def _read(file: Path) -> tuple[np.ndarray, np.ndarray]:
     with np.load(file) as mesh:
         return mesh["X"], mesh["triangles"]

@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import itertools
 import json
 import os
 import shutil
@@ -99,10 +100,10 @@ class Writer:
             description = run.description
             description["parameters"]["steps"] = steps
             _write_json(run.folder / "run.json", description)
-            for frame in [*run.folder.glob("frames/*.npy"), *run.folder.glob("display/*.npy")]:
+            kinds = ("frames/*.npy", "display/*.npy", "meshes/*.npz")
+            for frame in itertools.chain(*map(run.folder.glob, kinds)):
                 if int(frame.stem) > step or (int(frame.stem) % every and steps > step):
                     frame.unlink()
-            changing.forget(run.folder, step)
         return writer
 
     def meshes(self, body: Body, pinned: np.ndarray, display: Mesh | None) -> None:
@@ -247,16 +248,16 @@ class RunFolder:
     @property
     def frames(self) -> Sequence[np.ndarray]:
         """Positions (n, 3) of what is shown (the display mesh where there is one), frame by frame."""
-        return _Lazy(self._frames, None if self._changes else self.rest.shape)
+        return _Lazy(self._frames, None if self.changes else self.rest.shape)
 
     @property
-    def _changes(self) -> bool:
+    def changes(self) -> bool:
         """Whether what is shown has another mesh in each frame."""
         return self.scene.adaptive and self._shown == "frames"
 
     def mesh_of(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """What is shown in frame k: undeformed vertices (n, 3) and triangles (m, 3)."""
-        if not self._changes:
+        if not self.changes:
             return self.rest, self.shown_triangles
         with _reading(self.folder / "meshes"):
             found = changing.at(self.folder, int(self._frames[k].stem))
