@@ -165,6 +165,14 @@ def test_a_run_is_exported_on_one_fine_mesh_that_is_where_the_cloth_is(tmp_path,
     assert len(rest) == triangles.max() + 1
 
 
+def test_a_students_functions_are_the_elements_of_whatever_triangles_there_are():
+    own = muslin.simulate("drape", **DRAPE)
+    theirs = muslin.simulate("drape", **DRAPE, functions="solutions/cloth")
+    assert len(own.x) == len(theirs.x) > 64
+    assert np.abs(own.x - theirs.x).max() < 1e-6
+    assert "dpsi_dF" in theirs.uses
+
+
 def test_what_lies_between_pinned_vertices_is_pinned_and_stays():
     adapter, state = adapter_of(pinned="highest:0.2", sphere=False)
     held = len(adapter.model.pinned)
