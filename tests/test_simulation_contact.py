@@ -47,21 +47,22 @@ def test_contacts_in_the_system_are_a_constrained_step():
     for _ in range(40):
         cloth.update(state.x)
         state, last = integrators.linearly_implicit_euler(model, state, dt), state
-    (contact,) = model.contacts(last, dt)
-    assert len(state.active) > 5
-    speed = np.einsum("ij,ij->i", contact.normals, last.v[contact.vertices])
-    presses = np.isin(contact.vertices, last.active) | (speed < 0)
-    N = np.zeros((presses.sum(), 3 * len(last.x)))
-    for row, (i, n) in zip(
-        N, zip(contact.vertices[presses], contact.normals[presses], strict=True), strict=True
+    assert len(state.pressed) > 5
+    cloth.update(last.x)
+    touching = model.touching(last, dt)
+    pressing = np.flatnonzero(touching.presses)
+    N = np.zeros((len(pressing), 3 * len(last.x)))
+    for row, i, n in zip(
+        N, touching.pairs.corners[pressing, 0], touching.pairs.normals[pressing], strict=True
     ):
         row[3 * i : 3 * i + 3] = n
     M = cloth.mass.toarray()
     A = M + dt**2 * cloth.hessian(last.x, project=True).toarray()
     b = M @ last.v.ravel() + dt * (model.weight - cloth.gradient(last.x)).ravel()
     zero = np.zeros((len(N), len(N)))
-    v = np.linalg.solve(np.block([[A, N.T], [N, zero]]), np.concatenate([b, np.zeros(len(N))]))[: b.size]
-    v = colliders.respond(v.reshape(-1, 3), [contact])
+    right = np.concatenate([b, touching.least[pressing]])
+    v = np.linalg.solve(np.block([[A, N.T], [N, zero]]), right)[: b.size].reshape(-1, 3)
+    v = colliders.respond(v, touching.contacts(np.ones(len(touching.pairs), bool), 1))
     np.testing.assert_allclose(state.v, v, atol=1e-5 * np.abs(v).max())
 
 

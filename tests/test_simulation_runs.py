@@ -28,16 +28,17 @@ def test_a_run_with_contacts_in_the_system_resumes_to_the_same_end(tmp_path):
     np.testing.assert_array_equal(longer.x, whole.x)
 
 
-def test_a_run_that_called_its_active_set_otherwise_resumes_to_the_same_end(tmp_path):
+def test_a_run_whose_active_set_knew_no_colliders_resumes(tmp_path):
+    """It is found again from where the vertices are and how they move."""
     scene = SPHERE_BELOW | {"contact": "solve", "frame_every": 5}
     muslin.simulate("drape", out=tmp_path / "run", **scene | {"steps": 30})
     with np.load(tmp_path / "run" / "checkpoint.npz") as saved:
-        older = {"pressed" if name == "active" else name: saved[name] for name in saved}
-    assert len(older["pressed"])
+        older = {name: saved[name] for name in saved if name != "work" and not name.startswith("pressed_")}
+    older["active"] = np.arange(4)
     np.savez(tmp_path / "run" / "checkpoint.npz", **older)
     longer = muslin.simulate("drape", steps=40, out=tmp_path / "run", resume=True)
-    whole = muslin.simulate("drape", out=tmp_path / "whole", **scene | {"steps": 40})
-    np.testing.assert_array_equal(longer.x, whole.x)
+    assert longer.energies.penetration.max() < 1e-6
+    assert (np.diff(longer.energies.total) <= 0).all()
 
 
 def test_a_run_of_an_earlier_muslin_resumes(tmp_path):
@@ -45,7 +46,7 @@ def test_a_run_of_an_earlier_muslin_resumes(tmp_path):
     scene = {"resolution": 6, "frame_every": 5}
     muslin.simulate("drape", steps=5, out=tmp_path / "run", **scene)
     with np.load(tmp_path / "run" / "checkpoint.npz") as saved:
-        older = {name: saved[name] for name in saved if name != "active"}
+        older = {name: saved[name] for name in ("x", "v", "time", "step")}
     np.savez(tmp_path / "run" / "checkpoint.npz", **older)
     with np.load(tmp_path / "run" / "mesh.npz") as saved:
         older = {"held" if name == "pinned" else name: saved[name] for name in saved}

@@ -239,7 +239,7 @@ def _pictures(run: Run) -> Iterator[np.ndarray]:
         cloth = render.Surface(run.x, run.mesh.triangles, material, stage.pattern(run.mesh.vertices))
         yield render.draw([cloth], render.fit_camera(run.x, run.scene.view, STILL), STILL, "draft")
     if len(run.energies) > 1:
-        energies = {name: run.energies[name] for name in ("kinetic", "elastic", "gravity")}
+        energies = {name: run.energies[name] for name in ("kinetic", "elastic", "gravity", "total")}
         yield render.plot_energies(energies, run.energies["time"], title="Energy", size=STILL)
 
 

@@ -94,6 +94,7 @@ class Body:
         self.mass = self.pattern.matrix(self.mass_data)
         self._sum: Any = None
         self._moving: Any = None
+        self._scalar_mass: Any = None
 
     @property
     def undeformed(self) -> Mesh | TetMesh:
@@ -264,6 +265,21 @@ class Body:
         if self._moving is None:
             self._moving = self._moving_energies()
         return float(self._moving(v).sum())
+
+    def momenta(self, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Linear momentum (3,) [kg m/s], and angular momentum about the centre of mass (3,) [kg m^2/s].
+
+        Of positions and velocities (n, 3), with the consistent mass matrix.
+        """
+        if self._scalar_mass is None:
+            import scipy.sparse as sp
+
+            layout, n = self.pattern.layout, len(self.X)
+            self._scalar_mass = sp.csr_matrix((self.mass_factor, (layout.row, layout.col)), shape=(n, n))
+        carried = self._scalar_mass @ v
+        weights = np.asarray(self._scalar_mass.sum(axis=1)).ravel()
+        middle = weights @ x / weights.sum()
+        return carried.sum(axis=0), np.cross(x - middle, carried).sum(axis=0)
 
     def _moving_energies(self) -> Callable[[np.ndarray], np.ndarray]:
         """What splits the kinetic energy: here among vertices."""

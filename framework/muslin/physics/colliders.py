@@ -81,11 +81,20 @@ CONTACT = ("filter", "solve")
 
 @dataclass(frozen=True)
 class Contacts:
-    """Vertices in contact: their numbers (k,), outward normals (k, 3), the collider's velocity there (k, 3)."""
+    """Vertices in contact: their numbers (k,), outward normals (k, 3), the collider's velocity there (k, 3).
+
+    With `weights` (k, 3) it is points of triangles that touch, and `vertices` are (k, 3).
+    """
 
     vertices: np.ndarray
     normals: np.ndarray
     velocities: np.ndarray
+    weights: np.ndarray | None = None
+
+    def at(self, v: np.ndarray) -> np.ndarray:
+        """Velocities (k, 3) of what touches, from those of all vertices (n, 3)."""
+        there = v[self.vertices]
+        return there if self.weights is None else np.einsum("ck,cki->ci", self.weights, there)
 
 
 #: How near [m] a vertex must be to a plane to be watched, beside the way the fastest makes in a step.
@@ -152,11 +161,24 @@ def respond(v: np.ndarray, contacts: list[Contacts], filtered: Filter = native_f
     contacts = [contact for contact in contacts if len(contact.vertices)]
     for _ in range(ROUNDS):
         for contact in contacts:
-            relative = v[contact.vertices] - contact.velocities
-            v[contact.vertices] = filtered(relative, contact.normals) + contact.velocities
+            if contact.weights is None:
+                relative = v[contact.vertices] - contact.velocities
+                v[contact.vertices] = filtered(relative, contact.normals) + contact.velocities
+            else:
+                _hold(v, contact)
         if len(contacts) < 2 or min(float(approach(v, contact).min()) for contact in contacts) > -1e-9:
             break
     return v
+
+
+def _hold(v: np.ndarray, contact: Contacts) -> None:
+    """Filter points of triangles, one after the other, by moving the corners as much as each weighs."""
+    assert contact.weights is not None
+    for row in np.flatnonzero(approach(v, contact) < 0):
+        corners, w, n = contact.vertices[row], contact.weights[row], contact.normals[row]
+        inward = float((w @ v[corners] - contact.velocities[row]) @ n)
+        if inward < 0:
+            np.add.at(v, corners, -inward / float(w @ w) * w[:, None] * n)
 
 
 #: Times round the colliders at most.
@@ -165,7 +187,7 @@ ROUNDS = 30
 
 def approach(v: np.ndarray, contact: Contacts) -> np.ndarray:
     """Normal velocity, relative to the collider, of the vertices in contact, (k,) [m/s]."""
-    return np.einsum("ij,ij->i", v[contact.vertices] - contact.velocities, contact.normals)
+    return np.einsum("ij,ij->i", contact.at(v) - contact.velocities, contact.normals)
 
 
 def depth(collider: Collider, x: np.ndarray) -> float:

@@ -344,7 +344,7 @@ def energy_plot(run: RunFolder, base: Path) -> list[Path]:
     table = run.energies
     if len(table) < 2:
         return []
-    energies = {name: table[name] for name in ("kinetic", "elastic", "gravity")}
+    energies = {name: table[name] for name in ("kinetic", "elastic", "gravity", "total")}
     plot = beside(base, "-energies.png")
     render.plot_energies(energies, table["time"], plot, title=run.scene.title)
     return [plot]

@@ -18,7 +18,7 @@ from muslin.mesh.surface import frozen
 from muslin.physics.transfer import Exchange, Sheet
 from muslin.simulation.criteria import indicator
 from muslin.simulation.integrators import steps
-from muslin.simulation.model import NOBODY, Model, State
+from muslin.simulation.model import Model, State
 from muslin.simulation.scenes import Scene
 
 #: Steps between two adaptations.
@@ -136,8 +136,8 @@ class Adapter:
         v = exchange.conserved(state.x, x, state.v, state.v)
         number = np.full(len(state.x), -1)
         number[kept] = np.arange(len(kept))
-        active = number[state.active]
-        return State(x[kept], v[kept], state.time, [], active[active >= 0])
+        pressed = state.pressed.renumbered(number)
+        return State(x[kept], v[kept], state.time, [], pressed, state.work)
 
     def _finer(self, state: State) -> State:
         mesh, scene = self.refined, self.scene
@@ -152,10 +152,8 @@ class Adapter:
         exchange = Exchange(sheet, self._sheet(), len(x), self._free(self.refined))
         moved = exchange.recentred(x)
         v = exchange.conserved(x, moved, v, v)
-        pressed = np.zeros(len(state.x), dtype=bool)
-        pressed[state.active] = True
-        active = np.flatnonzero(self.refined.all_of(pressed)) if len(state.active) else NOBODY
-        return State(moved, v, state.time, [], active)
+        pressed = state.pressed.renumbered(np.arange(len(state.x)))
+        return State(moved, v, state.time, [], pressed, state.work)
 
     def _within_budget(self, rows: np.ndarray) -> np.ndarray:
         """As many of these, the first ones, as the budget of vertices allows."""

@@ -37,7 +37,9 @@ class Run:
     energies : record array
         One row per step, the start included: step, time, kinetic, elastic, gravity [J], contacts
         (vertices pressed against a collider), approach (smallest n^T v of those in contact after the filter
-        [m/s]), penetration (deepest vertex [m]).
+        [m/s]), penetration (deepest vertex [m]), px, py, pz (linear momentum [kg m/s]), lx, ly, lz (angular
+        momentum about the centre of mass [kg m^2/s]), work (put in since the start by moving colliders, moving pins,
+        wind and what takes back penetration, where contacts are in the system [J]).
     scene : Scene
     mesh : Mesh
     body : Body
@@ -185,7 +187,10 @@ def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
     kinetic, elastic = body.kinetic_energy(state.v), body.energy_here()
     gravity = model.potential(state.x)
     total = kinetic + elastic + gravity
-    return (step, state.time, kinetic, elastic, gravity, total, count, slowest, deepest)
+    momenta = np.concatenate(body.momenta(state.x, state.v)).tolist()
+    return (
+        step, state.time, kinetic, elastic, gravity, total, count, slowest, deepest, *momenta, state.work,
+    )  # fmt: skip
 
 
 def _blown_up(error: Exploded, step: int, scene: Scene, writer: Writer | None, word: str) -> SimulationError:

@@ -20,7 +20,10 @@ from muslin.physics.colliders import (
     native_contact,
     native_filter,
 )
+from muslin.physics.meeting import Pairs, meet
 from muslin.physics.selfcontact import SelfContact
+from muslin.simulation.air import Air
+from muslin.simulation.touching import HARDER, Pressed, Touching
 from muslin.solve.solvers import System
 
 
@@ -36,23 +39,22 @@ class Spring:
 #: The task behind the drag spring, in assignments that have one.
 SPRING = ("spring_force",)
 
-#: No vertices.
-NOBODY = np.empty(0, dtype=np.int64)
-
 
 @dataclass
 class State:
     """Positions [m] and velocities [m/s], (n, 3) each, at a time [s], and the contacts v was filtered at.
 
     `before` is the state before the last step, where an integrator needs it.
-    `active` is the active set of the last step: the vertices a contact pushed, where contacts are part of the system.
+    Where contacts are part of the system, `pressed` is what pressed in the last step. `work` is what moving colliders,
+    moving pins, the wind, the hand and taking back penetration have put into the body since the start [J].
     """
 
     x: np.ndarray
     v: np.ndarray
     time: float = 0.0
     contacts: list[Contacts] = field(default_factory=list)
-    active: np.ndarray = field(default_factory=lambda: NOBODY)
+    pressed: Pressed = field(default_factory=Pressed)
+    work: float = 0.0
     before: State | None = None
 
 
@@ -86,6 +88,8 @@ class Model:
         to its right-hand side.
     contact : {"filter", "solve"}
         Whether contacts change the velocity after the system is solved, or are part of the system.
+    friction : float
+        Coulomb's coefficient between the body and colliders, where contacts are part of the system; 0: none.
     stretch_limit : float
         Largest principal stretch that a step may end with, above 1 (see `muslin.physics.elements.limit`); 0: any.
     self_contact : SelfContact, optional
@@ -107,6 +111,7 @@ class Model:
     solver: str = "auto"
     tolerance: float = 1e-8
     contact: str = CONTACT[0]
+    friction: float = 0.0
     stretch_limit: float = 0.0
     self_contact: SelfContact | None = None
     damping: float = 0.0
@@ -128,12 +133,18 @@ class Model:
         touchable[body.surface.ravel()] = True
         touchable &= ~pinned
         self._free = None if touchable.all() else touchable
-        self._detect: Detect = native_contact
+        self._detect: Detect | None = None
         self.filter: Filter = native_filter
         if functions := body.roles.calling(NEEDS["detection"]):
             self._detect = Detection(functions.sphere_contact, n)
         if functions := body.roles.calling(NEEDS["response"]):
             self.filter = Response(functions.filter_velocity, n)
+        edges = body.X[body.surface] - body.X[np.roll(body.surface, 1, axis=1)]
+        self._longest = float(np.sqrt(np.einsum("tki,tki->tk", edges, edges).max(initial=0.0)))
+        #: of each vertex [kg]
+        self.lumped = np.bincount(body.pattern.layout.row, body.mass_factor, n)
+        #: the state that the body has been updated to, and all prepared for
+        self.here: State | None = None
         self.limit: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
         if self.stretch_limit:
             self.limit = body.limiter(self.stretch_limit, pinned)
@@ -161,17 +172,13 @@ class Model:
             return np.asarray(found[0])
         return spring.stiffness * (np.asarray(spring.target) - x)
 
+    def air(self, state: State, dt: float) -> Air | None:
+        """The wind in a step of dt [s]; None if there is no drag."""
+        return Air(self, state.x, state.v, dt) if self.drag else None
+
     def wind_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
-        """Pressure drag along each triangle's normal, a third to each corner, (n, 3) [N]."""
-        if not self.drag:
-            return np.zeros_like(x)
-        t = self.body.surface
-        doubled = np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]])
-        relative = np.asarray(self.wind) - v[t].mean(axis=1)
-        length = np.maximum(np.linalg.norm(doubled, axis=1), 1e-300)
-        through = np.einsum("ij,ij->i", relative, doubled) / length
-        force = (self.drag / 2 * np.abs(through) * through / 3)[:, None] * doubled / 2
-        return self.body.on_surface(np.repeat(force, 3, axis=0))
+        """What the wind does at positions and velocities (n, 3), (n, 3) [N]."""
+        return Air(self, x, v, 1.0).impulse(v) if self.drag else np.zeros_like(x)
 
     def potential(self, x: np.ndarray) -> float:
         """Energy of gravity and of the drag spring [J]."""
@@ -201,6 +208,24 @@ class Model:
         """Add (k, 3, 3) blocks to those of distinct vertices (k,) in the matrix just assembled."""
         self._assemble.add_to_diagonal(vertices, blocks)
 
+    def add(self, touching: Touching | None, presses: np.ndarray | None, air: Air | None) -> None:
+        """Add contacts, where these press, and wind to the matrix just assembled."""
+        if air:
+            self.add_to_diagonal(np.arange(len(air.blocks)), air.blocks)
+        if touching is None or presses is None:
+            return
+        which = np.flatnonzero(presses | (touching.grip > 0))
+        corners, weights = touching.pairs.corners[which], touching.pairs.weights[which]
+        blocks = touching.blocks(presses)[which]
+        for i in range(corners.shape[1]):
+            for j in range(corners.shape[1]):
+                pair = weights[:, i] * weights[:, j]
+                there = np.flatnonzero(pair)
+                if len(there):
+                    self._assemble.add(
+                        corners[there, i], corners[there, j], pair[there, None, None] * blocks[there]
+                    )
+
     def coupling(self, known: np.ndarray | None, dt: float) -> np.ndarray | None:
         """Data of `system.coupling` for the matrix just assembled, where the pinned vertices move."""
         scale = dt * (dt + self.damping) if self.damping else dt**2
@@ -210,6 +235,14 @@ class Model:
         """M v + dt (force - elastic gradient), (n, 3) [kg m/s]."""
         self.body.prepare("gradient")
         return self._impulse(state.v, force, dt)
+
+    def pulled(self, state: State, x: np.ndarray, v: np.ndarray, dt: float) -> np.ndarray:
+        """Impulses (n, 3) that a step to x and v needs beside the elastic and conservative ones [N s].
+
+        The body has been updated to x.
+        """
+        change = (self.body.mass @ (v - state.v).ravel()).reshape(-1, 3)
+        return change + dt * (self.body.gradient_here() - self.conservative_force(x))
 
     def known_velocity(self, time: float, dt: float) -> np.ndarray | None:
         """Velocities (n, 3) with the pinned vertices' filled in, for the step from `time` by dt; None at rest."""
@@ -226,6 +259,27 @@ class Model:
         return self._there[1]
 
     def contacts(self, state: State, dt: float) -> list[Contacts]:
-        """Contacts of the free vertices, for a step of dt [s]."""
+        """What the filter is to look at after a step of dt [s]: the free vertices inside, and those near a plane."""
         colliders = self.colliders_at(state.time)
-        return [detect(c, state.x, state.v, dt, self._detect, self._free) for c in colliders]
+        return [
+            detect(c, state.x, state.v, dt, self._detect or native_contact, self._free) for c in colliders
+        ]
+
+    def touching(self, state: State, dt: float) -> Touching | None:
+        """What may touch during a step of dt [s], where that is part of the system; None if nothing is near."""
+        pairs = self.pairs(state, dt)
+        if not len(pairs):
+            return None
+        body = self.body
+        hardest = (body.mass_data + dt**2 * body.stiffness_here(self.project))[body.pattern.diagonal].max()
+        return Touching(pairs, state.pressed, dt, HARDER * float(hardest), self.friction)
+
+    def pairs(self, state: State, dt: float) -> Pairs:
+        """Pairs of colliders, where they are at the end of a step of dt [s], and what may meet them."""
+        colliders = self.colliders_at(state.time + dt)
+        free, triangles = self._free, self.body.surface
+        return meet(colliders, state.x, state.v, dt, free, self._detect, triangles, self._longest)
+
+    def energy(self, state: State) -> float:
+        """Kinetic, elastic and potential energy where the body has been updated to [J]."""
+        return self.body.kinetic_energy(state.v) + self.body.energy_here() + self.potential(state.x)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Protocol
 
 import numpy as np
@@ -65,7 +66,9 @@ class Problem(Protocol):
         ...
 
 
-def minimise(problem: Problem, v: np.ndarray, tolerance: float) -> np.ndarray:
+def minimise(
+    problem: Problem, v: np.ndarray, tolerance: float, enough: Callable[[np.ndarray], bool] | None = None
+) -> np.ndarray:
     """Where the gradient is as good as zero.
 
     Parameters
@@ -75,6 +78,8 @@ def minimise(problem: Problem, v: np.ndarray, tolerance: float) -> np.ndarray:
         Where to begin.
     tolerance : float
         The gradient counts as zero below this share of its largest term, or below its own rounding error.
+    enough : callable, optional
+        Asked after each iteration whether v is good enough already; it must leave the problem at v.
 
     Raises
     ------
@@ -101,6 +106,8 @@ def minimise(problem: Problem, v: np.ndarray, tolerance: float) -> np.ndarray:
         v, phi, whole = _search(
             problem, v, phi, step, float(r @ step), float(noise @ np.abs(step)), size / scale
         )
+        if enough and enough(v):
+            return v
     raise SimulationError(
         f"Newton's method did not converge in {ITERATIONS} iterations: "
         f"the residual is {size / scale:.1e} of its scale.",

@@ -7,9 +7,9 @@
                     whose triangles are its surface
 `display.npz`       display mesh, where there is one: vertices, triangles
 `frames/000000.npy` positions at a frame, named by its step, (n, 3) float64 [m]; `display/` likewise
-`energies.csv`      one row per step: kinetic, elastic, gravity energy [J], contacts
 `meshes/000000.npz` of an adaptive cloth: X and triangles from this frame on, until the next such file
 `adapting.csv`      of an adaptive cloth: one row per change of the mesh, and what it did to the energies
+`energies.csv`      one row per step: kinetic, elastic, gravity energy [J], contacts, momentum; see `COLUMNS`
 `checkpoint.npz`    last frame's state, to resume from
 ==================  =====================================================================================
 """
@@ -18,6 +18,7 @@ from __future__ import annotations
 
 import contextlib
 import csv
+import dataclasses
 import itertools
 import json
 import os
@@ -39,6 +40,7 @@ from muslin.physics.body import Body
 from muslin.simulation import changing, scenes
 from muslin.simulation.model import State
 from muslin.simulation.scenes import Scene
+from muslin.simulation.touching import Pressed
 
 if TYPE_CHECKING:
     from muslin.simulation.adapting import Adapter
@@ -54,7 +56,17 @@ COLUMNS = {
     "contacts": "1",
     "approach": "m/s",  # smallest n^T v of a vertex in contact, after the filter
     "penetration": "m",  # deepest vertex
+    "px": "kg m/s",  # linear momentum
+    "py": "kg m/s",
+    "pz": "kg m/s",
+    "lx": "kg m^2/s",  # angular momentum about the centre of mass
+    "ly": "kg m^2/s",
+    "lz": "kg m^2/s",
+    "work": "J",  # that moving colliders, moving pins and the wind have done since the start, where it is known
 }
+
+#: Columns of runs written before momentum and work were logged: what they lack reads as nan.
+OLDER = tuple(COLUMNS)[:9]
 
 
 def as_table(rows: Sequence[Sequence[float]]) -> np.recarray:
@@ -145,7 +157,8 @@ class Writer:
                 "v": state.v,
                 "time": state.time,
                 "step": step,
-                "active": state.active,
+                "work": state.work,
+                **{f"pressed_{name}": value for name, value in vars(state.pressed).items()},
             }
             np.savez(partial, **here, **before, **refined)
             os.replace(partial, self.folder / "checkpoint.npz")
@@ -281,9 +294,10 @@ class RunFolder:
         with _reading(self.folder / "energies.csv") as path:
             whole, _, _ = path.read_bytes().decode().rpartition("\n")  # a line may be being written
             head, *rows = csv.reader(whole.splitlines()) if whole else [[]]
-            if head != list(COLUMNS):
+            if head not in (list(COLUMNS), list(OLDER)):
                 raise ValueError("not the columns of an energy log")
-            table = as_table([[float(v) for v in row] for row in rows])
+            lacking = [float("nan")] * (len(COLUMNS) - len(head))
+            table = as_table([[float(v) for v in row] + lacking for row in rows])
             if len(table) <= int(self._frames[-1].stem) or (table.step != np.arange(len(table))).any():
                 raise ValueError("a step has no row")
             return table
@@ -295,10 +309,10 @@ class RunFolder:
             fits = state.x.shape == state.v.shape == self.X.shape or self.scene.adaptive
             if not fits:
                 raise ValueError("of another mesh")
-            for name in {"active", "pressed"} & set(
-                saved
-            ):  # "pressed" in older runs; in the oldest there is none
-                state.active = saved[name]
+            if "work" in saved:  # in older runs there is neither
+                state.work = float(saved["work"])
+                names = [field.name for field in dataclasses.fields(Pressed)]
+                state.pressed = Pressed(**{name: saved[f"pressed_{name}"] for name in names})
             if "x_before" in saved:
                 state.before = State(saved["x_before"], saved["v_before"])
             return state, int(saved["step"])

@@ -77,10 +77,10 @@ def _carried(model: Model, state: State, dt: float) -> np.ndarray:
 
 def _backward(model: Model, state: State, dt: float, held: np.ndarray) -> np.ndarray:
     """B(state; dt), (n, 3), where the pinned vertices move as they are `held`."""
-    from muslin.simulation.integrators import _BackwardEuler
+    from muslin.simulation.incremental import IncrementalPotential
 
     _require_filter(model, state)
-    step, pinned = _BackwardEuler(model, state, dt), model.system.pinned
+    step, pinned = IncrementalPotential(model, state, dt), model.system.pinned
     start = np.where(pinned[:, None], held, state.v).ravel()
     v = newton.minimise(step, start, CLOSER * model.tolerance)
     # once more, from where the energy no longer shows the way: what is left over turns the body

@@ -72,6 +72,7 @@ def build(
         project=scene.project,
         solver=scene.solver,
         contact=scene.contact,
+        friction=scene.friction,
         stretch_limit=scene.stretch_limit,
         damping=scene.damping,
         tolerance=scene.tolerance,

@@ -1,64 +1,199 @@
-"""Contacts in backward Euler: what keeps vertices from moving inwards is part of what a step minimises.
+"""Contact and friction in the system that a step solves, pair by pair (`muslin.physics.meeting`).
 
-To the function of the velocities v that is minimised each contact adds k/2 min(0, n^T (v - v_c))^2, with the contact's
-normal n, the collider's velocity v_c there and a stiffness k so large that next to nothing is left for the filter
-afterwards. It is convex and has no jump in its gradient, so that Newton's method finds by itself which contacts press.
+To the function of the velocities v that a step minimises each pair adds
+
+    k/2 min(0, n . (u - u_c) + g/dt)^2    and    c/2 |t (u - u_c)|^2,    c = mu lambda / s
+
+with the velocity u of the point that touches, the collider's u_c there, the gap g, the normal n, t = 1 - n n^T and a
+stiffness k so large that next to nothing is left for the filter afterwards. So a vertex may go as far as the surface
+and no further. Friction is Coulomb's: its impulse mu lambda is known from the normal one of the step before; s is the
+speed at which the point will slide, extrapolated, so that the impulse c s is mu lambda; where it will not slide, c is
+k, and the point holds until that needs more than mu lambda. Both terms are convex, and the second takes energy only.
+
+What is already inside is not pushed out with a velocity: it is moved out, without its velocity knowing (`guarded`).
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 
 from muslin.physics.colliders import Contacts
-from muslin.simulation.model import Model
+from muslin.physics.meeting import STRIDE, Pairs
 
 #: How much harder a contact is than the hardest vertex of the body in this step.
-HARDER = 1e4
+HARDER = 1e6
+
+#: Depths [m] that are no more than the rounding of a turning collider's way: they are left with the velocity.
+SHALLOW = 1e-5
+
+#: How fast [m/s] penetration is taken back at most.
+LIFTED = 1.0
+
+
+def _none(*shape: int) -> np.ndarray:
+    return np.zeros((0, *shape))
 
 
 @dataclass(frozen=True)
+class Pressed:
+    """Pairs that pressed in a step, by `key` (c,), ascending.
+
+    Attributes
+    ----------
+    impulse : (c,)
+        Along the normal [N s].
+    slide : (c, 3)
+        Velocity relative to the collider in its tangent plane [m/s].
+    speed : (c,)
+        At which it will slide in the next step, where there is friction; 0: it holds [m/s].
+    """
+
+    key: np.ndarray = field(default_factory=lambda: np.zeros(0, np.int64))
+    impulse: np.ndarray = field(default_factory=_none)
+    slide: np.ndarray = field(default_factory=lambda: _none(3))
+    speed: np.ndarray = field(default_factory=_none)
+
+    def __len__(self) -> int:
+        return len(self.key)
+
+    def renumbered(self, number: np.ndarray) -> Pressed:
+        """Those of vertices, on another mesh: `number` (n,) of each vertex there, or -1 where it is gone."""
+        collider, vertex = np.divmod(self.key, STRIDE)
+        fits = (collider % 2 == 0) & (vertex < len(number))  # of triangles nothing is left
+        fits[fits] = number[vertex[fits]] >= 0
+        key = collider[fits] * STRIDE + number[vertex[fits]]
+        order = np.argsort(key)
+        rest = (self.impulse[fits][order], self.slide[fits][order], self.speed[fits][order])
+        return Pressed(key[order], *rest)
+
+
 class Touching:
-    """Contacts of a step: vertices (c,), normals (c, 3), least normal velocities (c,) and a stiffness [kg]."""
+    """What contact and friction add to a step.
 
-    vertices: np.ndarray
-    normals: np.ndarray
-    least: np.ndarray
-    stiffness: float
+    Parameters
+    ----------
+    pairs : Pairs
+    pressed : Pressed
+        Of the step before.
+    dt : float
+        [s]
+    stiffness : float
+        k [kg].
+    friction : float
+        mu.
+    """
 
-    @classmethod
-    def of(cls, model: Model, contacts: list[Contacts], dt: float) -> Touching | None:
-        """Those of a step of dt from where the body is; None where a model filters them afterwards, or has none."""
-        if model.contact != "solve" or not contacts:
-            return None
-        vertices = np.concatenate([contact.vertices for contact in contacts])
-        n = np.concatenate([contact.normals for contact in contacts])
-        least = np.einsum("ij,ij->i", n, np.concatenate([contact.velocities for contact in contacts]))
-        body = model.body
-        hardest = (body.mass_data + dt**2 * body.stiffness_here(model.project))[body.pattern.diagonal].max()
-        return cls(vertices, n, least, HARDER * float(hardest))
+    def __init__(self, pairs: Pairs, pressed: Pressed, dt: float, stiffness: float, friction: float = 0.0):
+        self.pairs, self.dt, self.stiffness, self.friction = pairs, dt, stiffness, friction
+        count = len(pairs)
+        along = np.einsum("ij,ij->i", pairs.normals, pairs.velocities)
+        self.inside = pairs.gaps < -SHALLOW
+        #: least normal velocity of each pair's point, (c,) [m/s]
+        self.least = along - np.where(self.inside, 0.0, pairs.gaps) / dt
+        where = np.searchsorted(pressed.key, pairs.key)
+        where = np.minimum(where, max(len(pressed) - 1, 0))
+        known = pressed.key[where] == pairs.key if len(pressed) else np.zeros(count, bool)
+        #: which are expected to press
+        self.presses = pairs.hit | known | self.inside
+        self.known = np.flatnonzero(known)
+        self._slid = np.zeros((count, 3))
+        self.grip = np.zeros(count)  # c
+        self._lag = np.zeros(count)
+        if friction and len(self.known):
+            before = where[self.known]
+            self._slid[self.known] = pressed.slide[before]
+            self._lag[self.known] = pressed.impulse[before]
+            speed = np.maximum(pressed.speed[before], 1e-300)
+            self.grip[self.known] = np.minimum(friction * pressed.impulse[before] / speed, stiffness)
+        self.rubs = bool(self.grip.any())
 
-    def _inwards(self, v: np.ndarray) -> np.ndarray:
-        """How much each contact's vertex moves inwards, (c,), negative; 0 where it does not [m/s]."""
-        moving = np.einsum("ij,ij->i", self.normals, v.reshape(-1, 3)[self.vertices])
-        return np.minimum(moving - self.least, 0.0)
+    def _along(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Velocity of the points relative to the colliders, how much of it is inwards of the least, and across."""
+        u = self.pairs.at(v.reshape(-1, 3))
+        inwards = np.einsum("ij,ij->i", self.pairs.normals, u) - self.least
+        relative = u - self.pairs.velocities
+        across = relative - np.einsum("ij,ij->i", self.pairs.normals, relative)[:, None] * self.pairs.normals
+        return u, inwards, across
 
     def value(self, v: np.ndarray) -> float:
-        """What is added to the function [J]."""
-        return self.stiffness / 2 * float((self._inwards(v) ** 2).sum())
+        """What is added to the function, for velocities (3n,) [J]."""
+        _, inwards, across = self._along(v)
+        phi = self.stiffness / 2 * float((np.minimum(inwards, 0.0) ** 2).sum())
+        return phi + float(self.grip @ np.einsum("ij,ij->i", across, across)) / 2
 
     def gradient(self, v: np.ndarray) -> np.ndarray:
         """Its gradient, like v [N s]."""
-        r = np.zeros((v.size // 3, 3))
-        np.add.at(r, self.vertices, self.stiffness * self._inwards(v)[:, None] * self.normals)
-        return r.ravel()
+        _, inwards, across = self._along(v)
+        push = self.stiffness * np.minimum(inwards, 0.0)
+        return self.spread(
+            push[:, None] * self.pairs.normals + self.grip[:, None] * across, v.size // 3
+        ).ravel()
 
-    def blocks(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Its Hessian: distinct vertices (k,) and their blocks (k, 3, 3)."""
-        presses = self._inwards(v) < 0
-        n = self.normals[presses]
-        active, which = np.unique(self.vertices[presses], return_inverse=True)
-        blocks = np.zeros((len(active), 3, 3))
-        np.add.at(blocks, which, self.stiffness * n[:, :, None] * n[:, None, :])
-        return active, blocks
+    def spread(self, rows: np.ndarray, n: int) -> np.ndarray:
+        """Sum one row (c, 3) for each point into (n, 3), as much to each corner as it weighs."""
+        out = np.zeros((n, 3))
+        for k in range(self.pairs.corners.shape[1]):
+            corner, part = self.pairs.corners[:, k], self.pairs.weights[:, k, None] * rows
+            for a in range(3):
+                out[:, a] += np.bincount(corner, part[:, a], n)
+        return out
+
+    def pressing(self, v: np.ndarray) -> np.ndarray:
+        """Which pairs press at velocities (3n,), (c,) bool."""
+        return self._along(v)[1] < 0
+
+    def blocks(self, presses: np.ndarray) -> np.ndarray:
+        """Hessian of what each pair adds, in its point, (c, 3, 3) [kg], where these press."""
+        n = self.pairs.normals
+        normal = np.where(presses, self.stiffness, 0.0)
+        blocks = (normal - self.grip)[:, None, None] * n[:, :, None] * n[:, None, :]
+        blocks[:, [0, 1, 2], [0, 1, 2]] += self.grip[:, None]
+        return blocks
+
+    def pull(self, presses: np.ndarray, n: int) -> np.ndarray:
+        """Right-hand side (n, 3) of a system to which `blocks` were added [N s]."""
+        normals, velocities = self.pairs.normals, self.pairs.velocities
+        rows = np.where(presses, self.stiffness * self.least, 0.0)[:, None] * normals
+        if self.rubs:
+            across = velocities - np.einsum("ij,ij->i", normals, velocities)[:, None] * normals
+            rows = rows + self.grip[:, None] * across
+        return self.spread(rows, n)
+
+    def contacts(self, which: np.ndarray, colliders: int) -> list[Contacts]:
+        """Those of some pairs, for the filter and the log."""
+        return self.pairs.contacts(self.least, which, colliders)
+
+    def impulses(
+        self, solved: np.ndarray, v: np.ndarray, presses: np.ndarray, mass: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Normal impulses (c,) and those of friction (c, 3) [N s]: of the system solved, and of the filter after it."""
+        _, inwards, across = self._along(solved)
+        filtered = np.einsum("ij,ij->i", self.pairs.normals, self.pairs.at(v - solved))
+        push = np.where(presses, -self.stiffness * inwards, 0.0)
+        caught = ~presses & (inwards < 0)
+        push[caught] = (mass * filtered)[caught]
+        return push, -self.grip[:, None] * across
+
+    def work(self, push: np.ndarray, rub: np.ndarray) -> float:
+        """What moving colliders do, by these impulses [J]."""
+        return float(np.sum((push[:, None] * self.pairs.normals + rub) * self.pairs.velocities))
+
+    def after(self, push: np.ndarray, rub: np.ndarray, v: np.ndarray, mass: np.ndarray) -> Pressed:
+        """What pressed, by its impulses, at the velocities (n, 3) that a step ended with; `mass` (c,) of the points."""
+        which = np.flatnonzero(push > 0)
+        _, _, across = self._along(v)
+        slide, push = across[which], push[which]
+        speed = np.zeros(len(which))
+        if self.friction:
+            now = np.linalg.norm(slide, axis=1)
+            held = self.grip[which] >= self.stiffness
+            needed = np.linalg.norm(rub[which], axis=1)
+            slips = (needed - self.friction * push) / mass[which]
+            before = np.linalg.norm(self._slid[which], axis=1)
+            turned = np.einsum("ij,ij->i", slide, self._slid[which]) < 0
+            slid = self._lag[which] > 0
+            going = np.where(slid & ~held, np.where(turned, 0.0, 2 * now - before), now)
+            speed = np.maximum(np.where(held, slips, going), 0.0)
+        return Pressed(self.pairs.key[which], push, slide, speed)

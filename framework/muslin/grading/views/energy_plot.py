@@ -13,6 +13,9 @@ Rows = Sequence[Sequence[float]]
 
 NAMES = ("kinetic", "elastic", "gravity")
 
+#: What is drawn beside them: their sum.
+TOTAL = "total"
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -58,23 +61,23 @@ MOST, REACH = 300, 4.0
 
 
 def plots(energies: Rows, reference: Rows) -> list[Plot]:
-    """One plot per energy.
+    """One plot per energy, and one of their sum.
 
     Parameters
     ----------
     energies, reference : rows of (time, kinetic, elastic, gravity)
         [s, J, J, J]; what is not a finite number is left out.
     """
-    return [_plot(name, _curve(energies, k), _curve(reference, k)) for k, name in enumerate(NAMES, 1)]
+    columns = [(name, (k,)) for k, name in enumerate(NAMES, 1)] + [(TOTAL, (1, 2, 3))]
+    return [_plot(name, _curve(energies, which), _curve(reference, which)) for name, which in columns]
 
 
-def _curve(rows: Rows, column: int) -> list[tuple[float, float]]:
+def _curve(rows: Rows, columns: tuple[int, ...]) -> list[tuple[float, float]]:
     every = max(1, math.ceil(len(rows) / MOST))
     picked = [*rows[:-1:every], *rows[-1:]]
-    pairs = [(row[0], row[column]) for row in picked if len(row) > column]
-    return [
-        (float(t), float(y)) for t, y in pairs if None not in (t, y) and math.isfinite(t) and math.isfinite(y)
-    ]
+    numbers = [[row[0], *(row[k] for k in columns)] for row in picked if len(row) > max(columns)]
+    whole = [row for row in numbers if None not in row and all(map(math.isfinite, row))]
+    return [(float(row[0]), float(sum(row[1:]))) for row in whole]
 
 
 def _plot(name: str, yours: list[tuple[float, float]], reference: list[tuple[float, float]]) -> Plot:

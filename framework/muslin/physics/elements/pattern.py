@@ -155,6 +155,7 @@ class Assembly:
         self.data = np.empty(layout.size) if data is None else data
         self._layout, self._vertices = layout, pattern.n
         self._own = np.flatnonzero(layout.row == layout.col)
+        self._order: np.ndarray | None = None
         self._scale = np.zeros(1)
         self._mass = np.ascontiguousarray(mass[k])
         self._varying = None if constant is None else (self._mass.copy(), constant[k])
@@ -190,6 +191,20 @@ class Assembly:
         added = blocks[number[layout.row[own]]]
         for a, b in itertools.product(range(3), repeat=2):
             self.data[layout.start[own] + a * layout.stride[own] + b] += added[:, a, b]
+
+    def add(self, row: np.ndarray, col: np.ndarray, blocks: np.ndarray) -> None:
+        """Add 3x3 blocks (k, 3, 3) to those of pairs of vertices that share a cell, where the layout has them."""
+        layout, n = self._layout, np.int64(self._vertices)
+        if self._order is None:
+            keys = layout.row.astype(np.int64) * n + layout.col
+            self._order = np.argsort(keys)
+            self._keys = keys[self._order]
+        wanted = row.astype(np.int64) * n + col
+        place = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
+        there = self._keys[place] == wanted
+        own, added = self._order[place[there]], blocks[there]
+        for a, b in itertools.product(range(3), repeat=2):
+            np.add.at(self.data, layout.start[own] + a * layout.stride[own] + b, added[:, a, b])
 
 
 def _chosen(rows: np.ndarray, ptr: np.ndarray, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -110,6 +110,7 @@ class Scene:
     budget: int = 20000  # vertices of an adaptive mesh at most
     refine_angle: float = 12.0  # between neighbouring triangles, from which they are refined [degrees]
     refine_stretch: float = 0.1  # difference of their principal stretches, likewise; 0: any
+    friction: float = 0.0  # Coulomb's coefficient with colliders, where contacts are in the system
     stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
     project: bool = True
     tolerance: float = 1e-8  # of Newton's method, in backward Euler
@@ -319,6 +320,10 @@ def override(scene: Scene, **values: Any) -> Scene:
         raise MuslinError(
             f"self_collision = {changed.self_collision!r} is not understood.",
             f"Write {' or '.join(SELF_COLLISION)}.",
+        )
+    if not changed.friction >= 0:
+        raise MuslinError(
+            f"friction = {changed.friction} must not be negative.", "For example 0.3; 0 is none."
         )
     if changed.stretch_limit and not changed.stretch_limit > 1:
         raise MuslinError(

@@ -1,0 +1,164 @@
+"""Steps with contacts in the system, guarded: what colliders at rest do to a body never adds to its energy.
+
+A linearly implicit step is the first of Newton's on the incremental potential, and mostly good enough. Whether it is
+shows in the energy: where that would be more after the step than before and what was put in, Newton's method goes on
+from there, with a line search, until it is not, at the latest at the step of backward Euler.
+"""
+
+from __future__ import annotations
+
+import contextlib
+
+import numpy as np
+
+from muslin.base.errors import SimulationError
+from muslin.physics.colliders import respond
+from muslin.simulation import by_student, newton
+from muslin.simulation.incremental import IncrementalPotential
+from muslin.simulation.model import Model, State
+from muslin.simulation.touching import LIFTED, Pressed, Touching
+
+#: Share of the kinetic energy by which a step may add to the whole: rounding, and what nobody sees.
+ALLOWED = 1e-6
+
+#: Iterations of Newton's method for a step that would add to the energy, and how often what they find is halved.
+ITERATIONS, SHORTER = 20, 30
+
+
+def linear(
+    model: Model, state: State, dt: float, known: np.ndarray | None, touching: Touching | None = None
+) -> np.ndarray:
+    """Velocities (n, 3) from one linear system, (M + dt^2 K) v+ = M v + dt f(q), with wind and contacts in it."""
+    b = model.impulse(state, model.conservative_force(state.x), dt)
+    model.assemble(dt)
+    air = model.air(state, dt)
+    if air:
+        b += air.impulse(np.zeros_like(b))
+    if touching:
+        b += touching.pull(touching.presses, len(b))
+    model.add(touching, touching.presses if touching else None, air)
+    return model.system.solve(b, known, model.coupling(known, dt), guess=state.v)
+
+
+def newtons(model: Model, problem: IncrementalPotential) -> np.ndarray:
+    """Velocities (n, 3) that minimise the incremental potential, by the student's Newton where there is one."""
+    if functions := model.body.roles.calling(by_student.NEEDS["newton"]):
+        v = by_student.minimise(functions.newtons_method, problem, problem.start(), model.tolerance)
+    else:
+        v = newton.minimise(problem, problem.start(), model.tolerance)
+    return v.reshape(-1, 3)
+
+
+def step(model: Model, state: State, dt: float, whole: bool = False) -> State:
+    """One step with contacts in the system; `whole`: of backward Euler from the first, not only where needed."""
+    model.prepare()
+    before = model.energy(state)
+    touching = model.touching(state, dt)
+    known = model.known_velocity(state.time, dt)
+    lifted = _lift(model, state, dt, touching) if touching and touching.inside.any() else None
+    if whole:
+        model.body.update(state.x)
+        v = newtons(model, IncrementalPotential(model, state, dt, touching))
+    else:
+        v = linear(model, state, dt, known, touching)
+    following = _landed(model, state, dt, touching, v, lifted)
+    if _excess(model, state, before, following) > 0:
+        following = _better(model, state, dt, touching, v, lifted, before)
+    model.here = following
+    return following
+
+
+def _better(
+    model: Model,
+    state: State,
+    dt: float,
+    touching: Touching | None,
+    v: np.ndarray,
+    lifted: np.ndarray | None,
+    before: float,
+) -> State:
+    """The same step by more of Newton's iterations, from v, and if those are of no avail, a shorter one."""
+    problem = IncrementalPotential(model, state, dt, touching)
+    found: list[State] = []
+
+    def landed(v: np.ndarray) -> bool:
+        presses = touching.pressing(v) if touching else None
+        found.append(_landed(model, state, dt, touching, v.reshape(-1, 3), lifted, presses))
+        return _excess(model, state, before, found[-1]) <= 0
+
+    def enough(v: np.ndarray) -> bool:
+        if landed(v) or len(found) >= ITERATIONS:
+            return True
+        problem.value(v)
+        return False
+
+    v = v.ravel()
+    with contextlib.suppress(SimulationError):
+        v = newton.minimise(problem, v, model.tolerance, enough)
+    for _ in range(SHORTER):
+        if landed(v):
+            break
+        v = problem.shorter(v)
+    return found[-1]
+
+
+def _lift(model: Model, state: State, dt: float, touching: Touching) -> np.ndarray:
+    """How far to move vertices (n, 3) to take back penetration, without their velocities knowing [m].
+
+    The body follows as it would follow in a step: the same system, with nothing but the way out on its right side.
+    """
+    up = np.where(touching.inside, np.minimum(-touching.pairs.gaps / dt, LIFTED), 0.0)
+    out = touching.spread((touching.stiffness * up)[:, None] * touching.pairs.normals, len(state.x))
+    model.assemble(dt)
+    model.add(touching, touching.inside, None)
+    return dt * model.system.solve(out)
+
+
+def _landed(
+    model: Model,
+    state: State,
+    dt: float,
+    touching: Touching | None,
+    solved: np.ndarray,
+    lifted: np.ndarray | None,
+    presses: np.ndarray | None = None,
+) -> State:
+    """The state after a step, filtered, with the body updated to it; `presses` if not as expected."""
+    v, contacts, pressed = solved, [], Pressed()
+    work = 0.0
+    if touching:
+        count = len(model.colliders_at(state.time + dt))
+        near = np.ones(len(touching.pairs), bool)
+        v = respond(solved, touching.contacts(near, count), model.filter)
+    if model.limit and (limited := model.limit(state.x, v, dt)) is not v:
+        v = respond(limited, touching.contacts(near, count), model.filter) if touching else limited
+    if touching:
+        presses = touching.presses if presses is None else presses
+        mass = np.einsum("ck,ck->c", touching.pairs.weights, model.lumped[touching.pairs.corners])
+        push, rub = touching.impulses(solved, v, presses, mass)
+        pressed = touching.after(push, rub, v, mass)
+        contacts = touching.contacts(push > 0, count)
+        work += touching.work(push, rub)
+    x = state.x + dt * v
+    if lifted is not None:
+        model.body.update(x)
+        unlifted = model.body.energy_here() + model.potential(x)
+        x = x + lifted
+    model.body.update(x)
+    model.prepare()
+    if lifted is not None:
+        work += model.body.energy_here() + model.potential(x) - unlifted
+    if air := model.air(state, dt):
+        work += air.work(v)
+    if model.pinned_velocity is not None and len(model.pinned):
+        pulled = model.pulled(state, x, v, dt)
+        if air:
+            pulled = pulled - air.impulse(v)
+        work += float(np.sum(pulled[model.pinned] * v[model.pinned]))
+    return State(x, v, state.time + dt, contacts, pressed, state.work + work)
+
+
+def _excess(model: Model, state: State, before: float, following: State) -> float:
+    """By how much a step has added more to the energy than was put in, and than is allowed [J]."""
+    after, kinetic = model.energy(following), model.body.kinetic_energy(following.v)
+    return after - before - (following.work - state.work) - ALLOWED * kinetic

@@ -1,0 +1,116 @@
+"""What a step of backward Euler minimises: the incremental potential, as a function of the velocities."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from muslin.simulation.model import Model, State
+from muslin.simulation.touching import Touching
+
+
+class IncrementalPotential:
+    """What a step of dt from a state minimises.
+
+    Phi(v) = 1/2 (v - v_n)^T M (v - v_n) + V(q + dt v), whose gradient is the backward Euler equation: momenta and
+    impulses. Its rounding error is that of the forces, 32 eps |K| |x|. Damping adds dt/2 v^T C v, with C = beta K at q.
+    """
+
+    def __init__(self, model: Model, state: State, dt: float, touching: Touching | None = None):
+        self.model, self.state, self.dt, self.touching = model, state, dt, touching
+        self.air = model.air(state, dt)
+        self.damper = model.damper(state.x)
+        self.free = np.repeat(~model.system.pinned, 3)
+        self._v, self._x = state.v.ravel(), state.x
+        self._project = model.project
+
+    def start(self) -> np.ndarray:
+        """The velocity before the step, with that of the pinned vertices in it, (3n,)."""
+        start, pinned = self.state.v.copy(), self.model.system.pinned
+        known = self.model.known_velocity(self.state.time, self.dt)
+        start[pinned] = 0.0 if known is None else known[pinned]
+        return start.ravel()
+
+    def shorter(self, v: np.ndarray) -> np.ndarray:
+        """Half this velocity, but for the pinned vertices."""
+        return np.where(self.free, v / 2, v)
+
+    def value(self, v: np.ndarray) -> float:
+        """Phi(v) [J]."""
+        model, state = self.model, self.state
+        self._v, self._x = v, state.x + self.dt * v.reshape(-1, 3)
+        model.body.update(self._x)
+        dv = v - state.v.ravel()
+        kinetic = 0.5 * float(dv @ (model.body.mass @ dv))
+        phi = kinetic + model.body.energy_here() + model.potential(self._x)
+        if self.air:
+            phi += self.air.value(v.reshape(-1, 3))
+        if self.damper is not None:
+            phi += self.dt / 2 * float(v @ (self.damper @ v))
+        return phi + self.touching.value(v) if self.touching else phi
+
+    def gradient(self) -> tuple[np.ndarray, float]:
+        """dPhi/dv, (3n,) [N s]."""
+        body = self.model.body
+        momentum = body.mass @ (self._v - self.state.v.ravel())
+        elastic = self.dt * body.gradient_here().ravel()
+        external = self.dt * self.model.conservative_force(self._x).ravel()
+        if self.air:
+            external += self.air.impulse(self._v.reshape(-1, 3)).ravel()
+        terms = [momentum, elastic, external, body.mass @ self._v]
+        r = momentum + elastic - external
+        if self.damper is not None:
+            terms.append(self.dt * (self.damper @ self._v))
+            r = r + terms[-1]
+        if self.touching:
+            terms.append(self.touching.gradient(self._v))
+            r = r + terms[-1]
+        return r, max(self.size(term) for term in terms)
+
+    def assemble(self, exact: bool) -> bool:
+        """Write M + dt^2 K down, with the exact K only where the body wants it."""
+        self._project = self.model.project and not (exact and self.model.body.exact_near_rest)
+        self.model.assemble(self.dt, self._project)
+        presses = self.touching.pressing(self._v) if self.touching else None
+        self.model.add(self.touching, presses, self.air)
+        return not self._project
+
+    def rounding(self) -> np.ndarray:
+        """Error of the impulses dt f that rounding alone makes, (3n,) [N s]."""
+        body, spring = self.model.body, self.model.spring
+        K = body.stiffness_here(self._project)
+        if spring:
+            K[body.pattern.diagonal[spring.vertex]] += spring.stiffness
+        impulses = self.dt * np.abs(body.pattern.matrix(K)) @ np.abs(self._x).ravel()
+        return 32 * np.finfo(float).eps * impulses
+
+    def solve(self, r: np.ndarray) -> np.ndarray:
+        """(M + dt^2 K)^-1 r."""
+        return self.model.system.solve(r.reshape(-1, 3)).ravel()
+
+    def size(self, r: np.ndarray) -> float:
+        """Norm over the free vertices."""
+        return float(np.linalg.norm(r[self.free]))
+
+    def place(self, v: np.ndarray) -> np.ndarray:
+        """Positions that velocities lead to, (3n,) [m]."""
+        return self.state.x.ravel() + self.dt * v
+
+    def matrix(self) -> Any:
+        """M + dt^2 K as it was assembled."""
+        body = self.model.body
+        scale = self.dt * (self.dt + self.model.damping) if self.damper is not None else self.dt**2
+        return body.pattern.matrix(body.mass_data + scale * body.stiffness_here(self._project))
+
+    def is_nothing(self, step: np.ndarray) -> bool:
+        """Whether dt step is no more than rounding of the positions."""
+        moved, place = self.dt * float(np.abs(step).max()), float(np.abs(self.state.x).max())
+        return moved <= 4 * float(np.finfo(float).eps) * place
+
+    def energy(self) -> float:
+        """Kinetic, elastic and potential energy at the last velocities [J]."""
+        body = self.model.body
+        return (
+            body.kinetic_energy(self._v.reshape(-1, 3)) + body.energy_here() + self.model.potential(self._x)
+        )

@@ -1,0 +1,156 @@
+"""Contacts in the system: colliders at rest add nothing to the energy, and friction is Coulomb's."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin.base.errors import MuslinError
+from muslin.physics.colliders import Capsule, Plane, Sphere
+from muslin.physics.meeting import meet, nearest_weights
+from muslin.simulation import integrators, scenes, simulating
+from muslin.simulation.runs import COLUMNS, RunFolder
+
+SOLVED = {"contact": "solve", "resolution": 16, "bending": "off"}
+
+
+def own_energy(run):
+    """The total energy without what was put in."""
+    return run.energies.total - run.energies.work
+
+
+def assert_nothing_is_gained(run):
+    energy = own_energy(run)
+    assert energy.max() <= energy[0] + 0.01 * abs(energy[0])
+
+
+@pytest.mark.parametrize(
+    "case",
+    [
+        {"ground": -0.3, "steps": 120},
+        {"ground": 0.05, "steps": 80},
+        {"dt": 1 / 60, "steps": 60, "friction": 0.3},
+        {"integrator": "backward-euler", "dt": 1 / 60, "steps": 30, "resolution": 10},
+        {"sphere_velocity": (0, 1, 0), "friction": 0.3, "steps": 60},
+    ],
+    ids=["floor-at-the-sphere", "floor-through-the-sphere", "large-steps", "backward-euler", "moving"],
+)
+def test_contact_adds_no_energy(case):
+    run = muslin.simulate("drape", **{**SOLVED, **case})
+    assert run.energies.contacts.max() > 10
+    assert run.energies.approach.min() >= -1e-9
+    assert run.energies.penetration.max() < 1e-6
+    assert_nothing_is_gained(run)
+
+
+@pytest.mark.parametrize("speed", [20.0, 120.0])
+def test_a_fast_cloth_does_not_pass_the_sphere(speed):
+    run = muslin.simulate("drape", **SOLVED, start_velocity=(0, -speed, 0), start_at=(0, 0.6, 0), steps=30)
+    assert run.energies.penetration.max() < 1e-6
+    middle = run.x[np.argmin(np.linalg.norm(run.x0[:, [0, 2]], axis=1))]
+    assert middle[1] > 0.28, "it was caught on top"
+    assert_nothing_is_gained(run)
+
+
+def test_penetration_is_taken_back_without_making_speed():
+    run = muslin.simulate("drape", **SOLVED, sphere=False, ground=0, start_at=(0, -0.01, 0), steps=30)
+    assert run.energies.penetration[0] == pytest.approx(0.01)
+    assert run.energies.penetration[-1] < 1e-9
+    assert run.energies.kinetic.max() < 1e-15
+    assert run.energies.work[-1] == pytest.approx(0.2 * 9.81 * 0.01, rel=1e-6), "lifting it took work"
+
+
+@pytest.mark.parametrize("friction", [0.55, 0.4])
+def test_a_patch_sticks_on_an_incline_or_slides_as_coulomb_says(friction):
+    """tan(theta) = 0.5: it holds with friction 0.55; with 0.4 it goes with g (sin - 0.4 cos)."""
+    theta, count = np.arctan(0.5), 60
+    scene = scenes.get("drape", **SOLVED, sphere=False, friction=friction, start_at=(0, 0, 0), dt=1 / 240)
+    model, state = simulating.build(scene)
+    down = 9.81 * np.array([np.sin(theta), -np.cos(theta), 0.0])
+    model.weight = (model.body.mass @ np.tile(down, len(state.x))).reshape(-1, 3)
+    plane = Plane((0.0, 0.0, 0.0), (0.0, 1.0, 0.0))
+    model.colliders = lambda time: (plane,)
+    speeds = []
+    for now in integrators.steps(model, state, scene.dt, scene.integrator, count):
+        speeds.append(now.v.mean(axis=0)[0])
+    if friction > 0.5:
+        assert abs(speeds[-1]) < 1e-6
+    else:
+        want = 9.81 * (np.sin(theta) - friction * np.cos(theta))
+        assert (speeds[-1] - speeds[20]) / (40 * scene.dt) == pytest.approx(want, rel=0.01)
+
+
+def test_a_cloth_on_the_floor_stays_at_rest():
+    run = muslin.simulate(
+        "drape", **SOLVED, sphere=False, ground=0, start_at=(0, 0, 0), friction=0.3, steps=40
+    )
+    assert np.abs(run.v).max() <= 1e-12
+
+
+def test_where_a_way_touches_decides_and_not_where_it_ends():
+    sphere, capsule = Sphere((0, 0, 0), 0.1), Capsule((-1, 0, 0), (1, 0, 0), 0.1)
+    x = np.array([[0.0, 0.5, 0.0], [0.0, 0.5, 0.3], [0.5, 0.5, 0.0]])
+    v = np.tile([0.0, -1.0, 0.0], (3, 1))
+    assert meet([sphere], x, v, 1.0).hit.tolist() == [True, False, False]
+    found = meet([capsule], x, v, 1.0)
+    assert found.hit.tolist() == [True, False, True]
+    np.testing.assert_allclose(found.gaps[[0, 2]], 0.4, atol=1e-3)
+
+
+def test_the_nearest_point_of_a_triangle_is_nearer_than_any_other():
+    rng = np.random.default_rng(3)
+    corners, p = rng.normal(size=(40, 3, 3)), rng.normal(size=(40, 3))
+    w = nearest_weights(p, corners)
+    assert w.min() >= 0
+    np.testing.assert_allclose(w.sum(axis=1), 1)
+    best = np.linalg.norm(np.einsum("tk,tki->ti", w, corners) - p, axis=1)
+    for other in rng.dirichlet(np.ones(3), size=200):
+        assert (best <= np.linalg.norm(other @ corners - p, axis=1) + 1e-12).all()
+
+
+def test_the_log_tells_momentum():
+    run = muslin.simulate("freefall", resolution=6, steps=30, cloths="curled", gravity=(0, 0, 0),
+                          start_velocity=(0.5, 0, -0.2))  # fmt: skip
+    mass = run.body.mass.sum() / 3
+    for name, speed in (("px", 0.5), ("py", 0.0), ("pz", -0.2)):
+        np.testing.assert_allclose(run.energies[name], mass * speed, atol=1e-9 * mass)
+    assert np.abs(run.energies.lx).max() < 1e-9
+    about = np.cross(np.array([0.0, 0.0, 3.0]), run.x)
+    _, spin = run.body.momenta(run.x, about)
+    middle = run.x - run.x.mean(axis=0)
+    assert spin[2] == pytest.approx(3 * mass * (middle[:, :2] ** 2).sum(axis=1).mean(), rel=0.2)
+
+
+def test_a_resumed_run_goes_on_with_its_contacts(tmp_path):
+    whole = muslin.simulate("drape", **SOLVED, friction=0.3, steps=60)
+    muslin.simulate("drape", **SOLVED, friction=0.3, steps=40, out=tmp_path / "r")
+    resumed = muslin.simulate("drape", steps=60, out=tmp_path / "r", resume=True)
+    np.testing.assert_array_equal(resumed.x, whole.x)
+    np.testing.assert_array_equal(resumed.energies.work, whole.energies.work)
+
+
+def test_a_run_written_before_momentum_was_logged_can_be_read(tmp_path):
+    muslin.simulate("drape", **SOLVED, steps=4, out=tmp_path / "r")
+    log = tmp_path / "r" / "energies.csv"
+    rows = [",".join(line.split(",")[:9]) for line in log.read_text().splitlines()]
+    log.write_text("\n".join(rows) + "\n")
+    table = RunFolder(tmp_path / "r").energies
+    assert table.dtype.names == tuple(COLUMNS)
+    assert np.isfinite(table.total).all()
+    assert np.isnan(table.px).all()
+
+
+def test_wind_slows_down_and_never_throws_back():
+    run = muslin.simulate(
+        "drape", resolution=8, sphere=False, floor=False, gravity=(0, 0, 0), drag=50, dt=1 / 60, steps=20,
+        start_velocity=(0, -20, 0),
+    )  # fmt: skip
+    assert (np.diff(run.energies.kinetic) <= 0).all()
+    assert run.v[:, 1].max() <= 1e-9
+    assert run.v[:, 1].min() > -1
+
+
+def test_friction_is_not_negative():
+    with pytest.raises(MuslinError, match="friction"):
+        scenes.get("drape", friction=-0.1)
