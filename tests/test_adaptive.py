@@ -18,7 +18,14 @@ from muslin.simulation.runs import RunFolder
 from muslin.simulation.simulating import _adapter, build
 
 #: Small, quick, and refined within the first steps.
-DRAPE = {"resolution": 8, "adaptive": True, "start_at": "0,0.302,0", "steps": 32, "frame_every": 8}
+DRAPE = {
+    "resolution": 8,
+    "adaptive": True,
+    "adapt_every": 8,
+    "start_at": "0,0.302,0",
+    "steps": 32,
+    "frame_every": 8,
+}
 
 
 def folds(mesh, x, angle=10.0, stretch=0.0, colliders=()):
@@ -192,6 +199,7 @@ def test_what_lies_between_pinned_vertices_is_pinned_and_stays():
         ({"levels": -1}, "levels"),
         ({"budget": 2}, "budget"),
         ({"refine_angle": 0}, "refine_angle"),
+        ({"adapt_every": 0}, "adapt_every"),
         ({"adaptive": "maybe"}, "on or off"),
     ],
 )

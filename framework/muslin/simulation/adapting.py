@@ -1,8 +1,8 @@
 """A cloth whose mesh follows it: refined and coarsened between steps, everything rebuilt on the new mesh.
 
-Before every `EVERY`-th step vertices that are no longer needed are taken out, and triangles that are too large are
-refined by one generation (see `criteria`, and `muslin.mesh.refinement` for how). Positions, velocities, pins
-and contacts go over to the new mesh as `muslin.physics.transfer` says. Which step adapts depends on its number alone,
+Before every `adapt_every`-th step vertices that are no longer needed are taken out, and triangles that are too large
+are refined by one generation (see `criteria`, and `muslin.mesh.refinement` for how). Positions, velocities, pins and
+contacts go over to the new mesh as `muslin.physics.transfer` says. Which step adapts depends on its number alone,
 so that a run that was stopped and goes on is the one that was not.
 """
 
@@ -20,9 +20,6 @@ from muslin.simulation.criteria import indicator
 from muslin.simulation.integrators import steps
 from muslin.simulation.model import Model, State
 from muslin.simulation.scenes import Scene
-
-#: Steps between two adaptations.
-EVERY = 8
 
 #: A vertex goes where the indicator is below this: without it the triangles are sqrt(3) times as large, and the
 #: indicator as much, or 3 times where it was alone to stand out.
@@ -86,10 +83,10 @@ class Adapter:
 
         `model` and `refined` are those of the state that was given last.
         """
-        scene = self.scene
-        if step % EVERY == 0 and not (self._resumed and step == 0):
+        scene, every = self.scene, self.scene.adapt_every
+        if step % every == 0 and not (self._resumed and step == 0):
             state = self.adapt(state)
-        count = min(EVERY - step % EVERY, scene.steps - step)
+        count = min(every - step % every, scene.steps - step)
         states = steps(self.model, state, scene.dt, scene.integrator, count)
         yield next(states)
         while True:
@@ -99,7 +96,7 @@ class Adapter:
             if step >= scene.steps:
                 return
             state = self.adapt(state)
-            count = min(EVERY, scene.steps - step)
+            count = min(every, scene.steps - step)
             states = steps(self.model, state, scene.dt, scene.integrator, count)
             next(states)
 

@@ -108,6 +108,7 @@ class Scene:
     adaptive: bool = False  # whether the mesh is refined and coarsened while it moves
     levels: int = 2  # of an adaptive mesh: each has three times the triangles
     budget: int = 20000  # vertices of an adaptive mesh at most
+    adapt_every: int = 2  # steps from one change of an adaptive mesh to the next
     refine_angle: float = 12.0  # between neighbouring triangles, from which they are refined [degrees]
     refine_stretch: float = 0.1  # difference of their principal stretches, likewise; 0: any
     friction: float = 0.0  # Coulomb's coefficient with colliders, where contacts are in the system
@@ -346,6 +347,7 @@ LOWEST = {
     "thickness": 0.0,
     "levels": 0,
     "budget": 2,
+    "adapt_every": 0,
     "refine_angle": 0.0,
 }
 
