@@ -180,6 +180,17 @@ def test_a_students_functions_are_the_elements_of_whatever_triangles_there_are()
     assert "dpsi_dF" in theirs.uses
 
 
+@pytest.mark.parametrize(
+    "how",
+    [{"contact": "solve"}, {"integrator": "bdf2"}, {"integrator": "backward-euler", "contact": "solve"}],
+)
+def test_every_way_to_take_a_step_goes_on_where_the_mesh_changes(how):
+    run = muslin.simulate("drape", **DRAPE, **how)
+    assert len(run.x) > 64
+    assert run.energies.penetration.max() < 0.01
+    assert 0 < run.energies.elastic[-1] < 0.5
+
+
 def test_what_lies_between_pinned_vertices_is_pinned_and_stays():
     adapter, state = adapter_of(pinned="highest:0.2", sphere=False)
     held = len(adapter.model.pinned)
