@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
 
@@ -217,14 +218,17 @@ class Model:
         which = np.flatnonzero(presses | (touching.grip > 0))
         corners, weights = touching.pairs.corners[which], touching.pairs.weights[which]
         blocks = touching.blocks(presses)[which]
-        for i in range(corners.shape[1]):
-            for j in range(corners.shape[1]):
-                pair = weights[:, i] * weights[:, j]
-                there = np.flatnonzero(pair)
-                if len(there):
-                    self._assemble.add(
-                        corners[there, i], corners[there, j], pair[there, None, None] * blocks[there]
-                    )
+        summed = np.zeros((len(self.body.X), 3, 3))
+        for i, j in itertools.product(range(corners.shape[1]), repeat=2):
+            pair = weights[:, i] * weights[:, j]
+            there = np.flatnonzero(pair)
+            added = pair[there, None, None] * blocks[there]
+            if i == j:
+                np.add.at(summed, corners[there, i], added)
+            elif len(there):
+                self._assemble.add(corners[there, i], corners[there, j], added)
+        touched = np.unique(corners)
+        self.add_to_diagonal(touched, summed[touched])
 
     def coupling(self, known: np.ndarray | None, dt: float) -> np.ndarray | None:
         """Data of `system.coupling` for the matrix just assembled, where the pinned vertices move."""

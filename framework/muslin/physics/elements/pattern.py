@@ -200,9 +200,10 @@ class Assembly:
             self._order = np.argsort(keys)
             self._keys = keys[self._order]
         wanted = row.astype(np.int64) * n + col
-        place = np.minimum(np.searchsorted(self._keys, wanted), len(self._keys) - 1)
-        there = self._keys[place] == wanted
-        own, added = self._order[place[there]], blocks[there]
+        first, last = np.searchsorted(self._keys, wanted), np.searchsorted(self._keys, wanted, "right")
+        which = np.repeat(np.arange(len(wanted)), last - first)  # a layout may have a block in several places
+        begin = np.repeat(np.cumsum(last - first) - (last - first), last - first)
+        own, added = self._order[first[which] + np.arange(len(which)) - begin], blocks[which]
         for a, b in itertools.product(range(3), repeat=2):
             np.add.at(self.data, layout.start[own] + a * layout.stride[own] + b, added[:, a, b])
 
