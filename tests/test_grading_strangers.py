@@ -37,9 +37,9 @@ TASKS = sorted({entry["task"] for entry in SUITE})
 #: For each suite the share that is named, at least. 97 % were asked for; these are what was measured on 29 November
 #: 2026. The second was 360 of 483 by the expressions as they were before any message had been seen, 383 when more slips
 #: were made, and is 454 since the student's own text is read for the one change that makes it right; some 17 of the
-#: others say what is wrong in words that were not foreseen. The first went from 361 to 370 of 375. The third was measured
-#: once, and nothing was changed for it: 429 of 514 by its expressions. Read by eye, about 60 of the 85 others point to the
-#: line and say what belongs there in other words, which makes 95 %.
+#: others say what is wrong in words that were not foreseen. The first went from 361 to 370 of 375. The third was
+#: measured once, and nothing was changed for it: 429 of 514 by its expressions. Read by eye, about 60 of the 85 others
+#: point to the line and say what belongs there in other words, which makes 95 %.
 SHARE = {"first": 0.986, "second": 0.939, "third": 0.83}
 
 #: A line of a message that only lists numbers: "mu  = 3.5", "   [0.1, 0.2]]", "worst case 3: relative error 1e+00".
