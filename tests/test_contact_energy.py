@@ -154,3 +154,19 @@ def test_wind_slows_down_and_never_throws_back():
 def test_friction_is_not_negative():
     with pytest.raises(MuslinError, match="friction"):
         scenes.get("drape", friction=-0.1)
+
+
+def test_a_sphere_smaller_than_a_triangle_is_met():
+    small = {
+        "resolution": 12,
+        "sphere_radius": 0.02,
+        "start_at": (0.02, 0.06, 0.03),
+        "floor": False,
+        "steps": 90,
+    }
+    run = muslin.simulate("drape", **{**SOLVED, **small})
+    corners = run.x[run.mesh.triangles]
+    weights = nearest_weights(np.zeros((len(corners), 3)), corners)
+    distance = np.linalg.norm(np.einsum("tk,tki->ti", weights, corners), axis=1)
+    assert 0.02 - 1e-5 < distance.min() < 0.03
+    assert_nothing_is_gained(run)

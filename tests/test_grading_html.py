@@ -236,7 +236,7 @@ def test_hostile_text_does_nothing_and_both_pictures_are_shown(guard, home, tmp_
     dom, console = opened(probed, tmp_path)
     said = re.search(r'data-probe="([^"]*)"', dom)[1].split()
     assert said == [
-        "student-picture:640x480", "reference-picture:640x480", "plots:6", "hacked:undefined", "scripts:1", "wide:false"
+        "student-picture:640x480", "reference-picture:640x480", "plots:8", "hacked:undefined", "scripts:1", "wide:false"
     ]  # fmt: skip
     assert "<title>Cloth: finite elements on surfaces: 9.5 of 100</title>" in dom
     assert console == []

@@ -187,7 +187,7 @@ def test_a_broken_file_is_told_by_its_name_and_line(case, tmp_path):
 
 def test_cloth_of_a_solid_says_what_is_wanted(tmp_path):
     write(block(2, 2, 2), tmp_path / "a.mesh")
-    with pytest.raises(MeshError, match="Cloth is a surface of triangles"):
+    with pytest.raises(MeshError, match="cloth is a surface of triangles"):
         mesh.load(tmp_path / "a.mesh")
 
 

@@ -138,7 +138,7 @@ def test_a_start_that_crosses_itself_is_refused():
     ("parameters", "said"),
     [
         ({"self_collision": "maybe"}, "off or fast"),
-        ({"self_collision": "fast", "thickness": 0.0}, "thickness = 0.0 must be positive"),
+        ({"self_collision": "fast", "self_gap": 0.0}, "self_gap = 0.0 must be positive"),
     ],
 )
 def test_parameters_that_make_no_sense_are_refused(parameters, said):

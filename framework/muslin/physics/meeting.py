@@ -250,7 +250,7 @@ def _met(collider: Sphere | Capsule, start: np.ndarray, moved: np.ndarray) -> np
 
     By going on as far as is certain to be free; what did not arrive stays where it is, in front of the collider.
     """
-    length = np.sqrt(np.einsum("ij,ij->i", moved, moved))
+    length = np.maximum(np.sqrt(np.einsum("ij,ij->i", moved, moved)), 1e-300)
     part: np.ndarray = np.zeros(len(start))
     nearest: np.ndarray = np.full(len(start), np.inf)
     best: np.ndarray = np.zeros(len(start))
@@ -287,16 +287,15 @@ def _triangles(
     carried, relative = corners + dt * velocity[:, None], way - dt * velocity
     point = middle + dt * velocity
     if len(near):  # in the middle of a triangle's way past the collider, where that is fast
-        there = _met(collider, point, relative + 1e-300)
+        there = _met(collider, point, relative)
         shift = (there - point)[:, None]
         for _ in range(4):  # between two convex sets: nearest points, in turn
-            center, _ = collider.nearest(point)
-            weights = nearest_weights(center, carried + shift)
+            weights = nearest_weights(_middle(collider, point), carried + shift)
             point = np.einsum("tk,tki->ti", weights, carried + shift)
     else:
         weights = np.zeros((0, 3))
     start = np.einsum("tk,tki->ti", weights, carried)
-    center, _ = collider.nearest(point)
+    center = _middle(collider, point)
     away = point - center
     distance = np.sqrt(np.einsum("ij,ij->i", away, away))
     inside = (weights > 1e-9).sum(axis=1) > 1  # not a corner: those are met by themselves
@@ -307,6 +306,11 @@ def _triangles(
     hit = gap + np.einsum("ij,ij->i", normal, going) < 0
     picked = triangles[near[kept]].astype(np.int64)
     return Pairs(key + near[kept], picked, weights[kept], normal, gap, velocity[kept], hit)
+
+
+def _middle(collider: Sphere | Capsule, points: np.ndarray) -> np.ndarray:
+    """Where to measure from, for each of (k, 3) points."""
+    return np.broadcast_to(collider.nearest(points)[0], points.shape)
 
 
 def nearest_weights(p: np.ndarray, corners: np.ndarray) -> np.ndarray:

@@ -90,7 +90,7 @@ def _self_contact(scene: Scene, body: Body, x: np.ndarray) -> SelfContact | None
     if not np.array_equal(body.surface, body.cells):
         raise MuslinError("Self-collision is for cloth; a solid has none.", "Leave self_collision at off.")
     masses = np.asarray(body.mass.sum(axis=1)).ravel()[::3]
-    contact = SelfContact(body.X, body.surface, masses, scene.thickness)
+    contact = SelfContact(body.X, body.surface, masses, scene.self_gap)
     if contact.crosses(x):
         raise MuslinError(
             f"The {body.word} of {scene.name!r} crosses itself where it starts: it cannot be kept from that.",

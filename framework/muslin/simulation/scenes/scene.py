@@ -104,7 +104,7 @@ class Scene:
     bending: str = "off"  # a model in `muslin.physics.bending.MODELS`
     bending_stiffness: float = COTTON  # flexural rigidity [N m]
     self_collision: str = "off"  # of the body with itself: off, or fast (extra `contact`)
-    thickness: float = 1e-3  # of what touches itself: it keeps a quarter of that apart, or more [m]
+    self_gap: float = 1e-3  # of what touches itself: it keeps a quarter of that apart, or more [m]
     adaptive: bool = False  # whether the mesh is refined and coarsened while it moves
     levels: int = 2  # of an adaptive mesh: each has three times the triangles
     budget: int = 20000  # vertices of an adaptive mesh at most
@@ -344,7 +344,7 @@ LOWEST = {
     "resolution": 1,
     "sphere_radius": 0.0,
     "tolerance": 0.0,
-    "thickness": 0.0,
+    "self_gap": 0.0,
     "levels": 0,
     "budget": 2,
     "adapt_every": 0,
