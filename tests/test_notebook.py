@@ -12,7 +12,7 @@ import zipfile
 from pathlib import Path
 
 import pytest
-from test_viewer_browser import PATIENCE, Tab, in_a_browser
+from pages import PATIENCE, Tab, in_a_browser
 
 import muslin
 from muslin import tasks

@@ -125,9 +125,11 @@ def test_backward_euler_never_gains_energy_and_never_turns_a_tetrahedron_over(na
         assert run.energies.kinetic[-1] > 0.1 * run.energies.elastic[0]
 
 
-@pytest.mark.parametrize(
-    ("name", "smaller"), [("twist", {"resolution": 3}), ("drop", {"mesh": "ball", "resolution": 3, "start_at": (0.08, 1.1, 0.03)})]
-)
+#: A ball that begins above the sphere.
+ABOVE = {"mesh": "ball", "resolution": 3, "start_at": (0.08, 1.1, 0.03)}
+
+
+@pytest.mark.parametrize(("name", "smaller"), [("twist", {"resolution": 3}), ("drop", ABOVE)])
 def test_a_scene_goes_to_its_end_without_an_overturned_tetrahedron_or_energy_from_nowhere(
     name, smaller, tmp_path
 ):
