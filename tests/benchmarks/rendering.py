@@ -49,7 +49,7 @@ def simulated(folder: str) -> None:
     from muslin.present import demo
     from muslin.simulation.simulating import simulate
 
-    simulate("drape", steps=demo.STEPS, out=Path(folder) / "run")
+    simulate("drape", **demo.SHOWN, out=Path(folder) / "run")
 
 
 def filmed(quality: str, run: str, folder: str) -> None:
@@ -66,7 +66,7 @@ def both(quality: str, folder: str) -> None:
     from muslin.simulation import scenes
     from muslin.simulation.simulating import simulate
 
-    scene = scenes.get("drape", steps=demo.STEPS)
+    scene = scenes.get("drape", **demo.SHOWN)
     out = Path(folder)
     with Filming(
         scene, out / "run", out / "drape", around=demo.AROUND, sinks=demo.SINKS, quality=quality
