@@ -9,6 +9,7 @@ import shutil
 import socket
 import subprocess
 import time
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
@@ -126,3 +127,25 @@ def free_port():
     with socket.socket() as s:
         s.bind(("127.0.0.1", 0))
         return s.getsockname()[1]
+
+
+def visited(page, visit):
+    """What `visit(address)` finds wrong in a page, which is served meanwhile and closed in the end."""
+    done = []
+
+    def visiting():
+        try:
+            return visit(page.address)
+        finally:
+            done.append(True)
+
+    try:
+        with ThreadPoolExecutor(1) as pool:
+            found = pool.submit(visiting)
+            page.loop(lambda: not done)
+            # viser's own pointer handling makes Chromium say this once; it changes nothing
+            return [
+                line for line in found.result() if "preventDefault inside passive event listener" not in line
+            ]
+    finally:
+        page.close()

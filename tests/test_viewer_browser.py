@@ -6,11 +6,10 @@ import signal
 import subprocess
 import sys
 import time
-from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from pages import Tab, free_port, in_a_browser, wait_for, with_viser
+from pages import Tab, free_port, in_a_browser, visited, wait_for, with_viser
 
 from muslin.base.errors import MuslinError
 from muslin.viewer import begin, browser
@@ -57,10 +56,9 @@ def test_the_page_shows_the_cloth_without_an_error_or_a_request_and_ctrl_c_ends_
 def test_keys_and_mouse_reach_the_session(tmp_path):
     session = begin("hang", resolution=12, steps=0)
     face = browser.Face(session, free_port())
-    done = []
 
-    def visit():
-        tab = Tab(face.address, tmp_path / "profile")
+    def visit(address):
+        tab = Tab(address, tmp_path / "profile")
         try:
             wait_for(lambda: len(cloth_pixels(tab.picture())) > 3000, "there is no cloth in the page")
             tab.key("n")
@@ -119,19 +117,11 @@ def test_keys_and_mouse_reach_the_session(tmp_path):
             wait_for(lambda: session.grabbed is None, "the cloth is not let go in strain colours")
             assert np.allclose(client.camera.position, camera, atol=1e-6), "the camera has turned"
             assert not session.message
-            # viser's own pointer handling makes Chromium say this once; it changes nothing
-            return [c for c in tab.errors() if "preventDefault inside passive event listener" not in c]
+            return tab.errors()
         finally:
             tab.close()
-            done.append(True)
 
-    try:
-        with ThreadPoolExecutor(1) as pool:
-            visiting = pool.submit(visit)
-            face.loop(lambda: not done)
-            assert visiting.result() == []
-    finally:
-        face.close()
+    assert visited(face, visit) == []
 
 
 @with_viser

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.base.errors import MuslinError
+from muslin.base import optional
 
 #: How a scene may answer contact of a cloth with itself.
 SELF_COLLISION = ("off", "fast")
@@ -40,14 +40,7 @@ def require() -> Any:
     MuslinError
         If it is not installed; names the extra that brings it.
     """
-    try:
-        import ipctk
-    except ImportError as error:
-        raise MuslinError(
-            f"Self-collision needs the package ipctk, which cannot be imported ({error}).",
-            'Install it with: pip install "muslin[contact]", or use --set self_collision=off.',
-        ) from None
-    return ipctk
+    return optional.require("ipctk", "Self-collision", "contact", ", or use --set self_collision=off.")
 
 
 class SelfContact:

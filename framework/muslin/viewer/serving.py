@@ -15,7 +15,7 @@ import webbrowser
 from collections.abc import Callable
 from typing import Any
 
-from muslin.base.errors import MuslinError
+from muslin.base import optional
 
 FPS = 30
 
@@ -33,14 +33,7 @@ def require() -> Any:
     MuslinError
         If it is not installed; names the extra that brings it.
     """
-    try:
-        import viser
-    except ImportError as error:
-        raise MuslinError(
-            f"The viewer in a browser needs viser, which cannot be imported ({error}).",
-            'Install it with: pip install "muslin[view]"',
-        ) from None
-    return viser
+    return optional.require("viser", "The viewer in a browser", "view")
 
 
 def show(
