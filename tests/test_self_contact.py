@@ -47,8 +47,8 @@ def roll(n=17, pitch=0.03):
     return sheet, np.stack([r * np.cos(angle), sheet.vertices[:, 1], r * np.sin(angle)], axis=1)
 
 
-def contact_of(sheet, thickness=1e-3):
-    return SelfContact(sheet.vertices, sheet.triangles, np.ones(len(sheet.vertices)), thickness)
+def contact_of(sheet, gap=1e-3):
+    return SelfContact(sheet.vertices, sheet.triangles, np.ones(len(sheet.vertices)), gap)
 
 
 def test_the_counter_of_these_tests_counts():

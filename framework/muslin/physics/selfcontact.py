@@ -22,10 +22,10 @@ PIECE = 0.15
 #: Share of a gap that a step may close, and another to bring apart what is too near: together less than all of it.
 NEARER = 0.45
 
-#: Share of the thickness that must be left for a way to be gone as it is.
+#: Share of the gap that must be left for a way to be gone as it is.
 NEAREST = 0.25
 
-#: Share of the thickness by which a step moves things apart.
+#: Share of the gap by which a step moves things apart.
 PUSH = 0.125
 
 #: ... of at most so many. What is left then waits for the next step.
@@ -53,24 +53,24 @@ class SelfContact:
     triangles : (m, 3) int array
     masses : (n,) array
         [kg]
-    thickness : float
+    gap : float
         What touches keeps between a quarter and all of this distance [m].
     """
 
-    def __init__(self, X: np.ndarray, triangles: np.ndarray, masses: np.ndarray, thickness: float):
+    def __init__(self, X: np.ndarray, triangles: np.ndarray, masses: np.ndarray, gap: float):
         ipctk = require()
         ipctk.set_num_threads(1)  # the same sums in the same order
         ipctk.set_logger_level(ipctk.LoggerLevel.error)
         faces = np.asfortranarray(triangles, dtype=np.int32)
         edges = ipctk.edges(faces)
         self._mesh = ipctk.CollisionMesh(np.asfortranarray(X), edges, faces)
-        self.thickness = float(thickness)
+        self.gap = float(gap)
         self._edge = float(np.median(np.linalg.norm(X[edges[:, 0]] - X[edges[:, 1]], axis=1)))
         self._measured: np.ndarray | None = None
         self._free: np.ndarray = np.zeros(len(X))
-        self._region = ipctk.ogc.TrustRegion(self.thickness)
+        self._region = ipctk.ogc.TrustRegion(self.gap)
         self._masses, self._narrow = masses, ipctk.AdditiveCCD()
-        self._repulsion = ipctk.BarrierPotential(ipctk.CubicBarrier(), self.thickness, 1.0)
+        self._repulsion = ipctk.BarrierPotential(ipctk.CubicBarrier(), self.gap, 1.0)
 
     def crosses(self, x: np.ndarray) -> bool:
         """Whether a triangle crosses another at positions (n, 3)."""
@@ -107,17 +107,17 @@ class SelfContact:
         """Whether everything stays further apart than `NEAREST` on straight ways from x to a goal."""
         ipctk = require()
         ways = np.asfortranarray(x), np.asfortranarray(goal)
-        near = NEAREST * self.thickness
+        near = NEAREST * self.gap
         return bool(ipctk.is_step_collision_free(self._mesh, *ways, near, narrow_phase_ccd=self._narrow))
 
     def _measure(self, x: np.ndarray, way: float) -> None:
         """How far everything may go from x by itself, and all pairs that a way so long may bring together."""
         ipctk = require()
-        self._region = ipctk.ogc.TrustRegion(self.thickness)
+        self._region = ipctk.ogc.TrustRegion(self.gap)
         self._region.relaxed_radius_scaling = NEARER
-        self._region.trust_region_inflation_radius = 2.5 * max(way, PIECE * self._edge) + 2 * self.thickness
+        self._region.trust_region_inflation_radius = 2.5 * max(way, PIECE * self._edge) + 2 * self.gap
         self._region.update(self._mesh, np.asfortranarray(x), ipctk.NormalCollisions())
-        radii = np.asarray(self._region.trust_region_radii) - self.thickness / 2
+        radii = np.asarray(self._region.trust_region_radii) - self.gap / 2
         self._measured, self._free = x, np.maximum(radii, 0.0)
 
     def _allowed(self, x: np.ndarray, way: np.ndarray) -> np.ndarray:
@@ -128,15 +128,15 @@ class SelfContact:
         return np.ascontiguousarray(left)
 
     def _push(self, x: np.ndarray) -> np.ndarray:
-        """What moves apart what is nearer than the thickness, without a change of momentum, (n, 3) [m]."""
+        """What moves apart what is nearer than the gap, without a change of momentum, (n, 3) [m]."""
         if self._free.all():
             return np.zeros_like(x)
         ipctk = require()
         here, near = np.asfortranarray(x), ipctk.NormalCollisions()
-        near.build(self._region.candidates, self._mesh, here, self.thickness)
+        near.build(self._region.candidates, self._mesh, here, self.gap)
         forces = -self._repulsion.gradient(near, self._mesh, here).reshape(-1, 3)
         size = np.sqrt((forces**2).sum(axis=1, keepdims=True))
-        push = PUSH * self.thickness * forces / np.maximum(size, self.thickness**3)
+        push = PUSH * self.gap * forces / np.maximum(size, self.gap**3)
         return np.asarray(push - self._masses @ push / self._masses.sum())
 
     def _is_free(self, goal: np.ndarray) -> bool:

@@ -107,10 +107,3 @@ class IncrementalPotential:
         """Whether dt step is no more than rounding of the positions."""
         moved, place = self.dt * float(np.abs(step).max()), float(np.abs(self.state.x).max())
         return moved <= 4 * float(np.finfo(float).eps) * place
-
-    def energy(self) -> float:
-        """Kinetic, elastic and potential energy at the last velocities [J]."""
-        body = self.model.body
-        return (
-            body.kinetic_energy(self._v.reshape(-1, 3)) + body.energy_here() + self.model.potential(self._x)
-        )
