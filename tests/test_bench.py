@@ -35,7 +35,7 @@ def test_a_tiny_benchmark_says_times_ratios_and_what_can_be_had(measured):
 
 def test_a_record_holds_ratios_with_their_spread_and_nothing_of_the_machine(measured):
     written = json.loads(measured[1].read_text())
-    assert set(written) == {"version", "busy", "ratios"}
+    assert set(written) == {"version", "kind", "busy", "ratios"}
     assert written["ratios"]
     for name, ratio in written["ratios"].items():
         assert "speed against" in name
@@ -95,6 +95,29 @@ def test_wall_times_of_a_busy_machine_are_not_compared():
     regressions, left_out = record.compare(busy, recorded)
     assert [regression.name for regression in regressions] == [names[1]]
     assert left_out == [names[0]]
+
+
+def test_of_two_measurements_the_better_ratio_counts_and_of_the_plan_only_what_was_doubtful_is_measured():
+    good, bad = record.Ratio(4.0, 3.9, 4.1), record.Ratio(1.0, 0.9, 1.1)
+    better = record.Record({"a": good, "b": bad}, busy=True).or_better(record.Record({"b": good}))
+    assert better == record.Record({"a": good, "b": good}, busy=False)
+    part = bench.plan_of(["50x50 native, speed against C++ (CPU)", "50x50 student, speed against C++ (CPU)"])
+    assert (part.sizes, part.everyday) == ({50: bench.PLAN[50]}, False)
+    part = bench.plan_of(["draft picture, 1280x720, speed against the yardstick (CPU)"])
+    assert (part.sizes, part.everyday) == ({}, True)
+
+
+def test_a_record_of_another_kind_of_processor_is_said(measured, tmp_path):
+    now = record.Record.load(measured[1])
+    assert now.kind
+    better = {
+        name: record.Ratio(*(2 * x for x in vars(ratio).values())) for name, ratio in now.ratios.items()
+    }
+    for kind, said in ((now.kind, False), ("64 cores, made of brass", True)):
+        record.Record(better, kind=kind).save(tmp_path / "before.json")
+        done = run("--read", measured[1], "--against", tmp_path / "before.json")
+        assert done.exit_code == 1
+        assert ("64 cores, made of brass" in done.output) == said
 
 
 def test_overlapping_spreads_are_said():

@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import tempfile
 import time
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -53,6 +53,13 @@ QUICK = Plan({size: (steps, seconds / 2) for size, (steps, seconds) in PLAN.item
 TINY = Plan({6: (4, 0.0)}, (2, 2), everyday=False)
 
 
+def plan_of(names: Iterable[str], plan: Plan = FULL) -> Plan:
+    """What of a plan measures the ratios of these names."""
+    first = {name.split()[0] for name in names}
+    sizes = {size: spent for size, spent in plan.sizes.items() if f"{size}x{size}" in first}
+    return replace(plan, sizes=sizes, everyday=plan.everyday and len(first) > len(sizes))
+
+
 def measure(plan: Plan = FULL, say: Say = print) -> Record:
     """Measure, say what comes out, and return the ratios.
 
@@ -62,7 +69,7 @@ def measure(plan: Plan = FULL, say: Say = print) -> Record:
     say : callable
         Gets lines of text.
     """
-    record = Record()
+    record = Record(kind=roofline.kind())
     threads = runtime.usable_cores()
     speed, peak, yard = roofline.bandwidth(threads), roofline.peak(), roofline.yardstick()
     say(

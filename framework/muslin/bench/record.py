@@ -2,9 +2,11 @@
 
 A record as JSON::
 
-    {"version": 1, "ratios": {"100x100 native, speed against C++ (CPU)": {"median": 3.1, "low": 2.9, "high": 3.3}, ...}}
+    {"version": 2, "kind": "2 cores, AVX-512", "busy": false,
+     "ratios": {"100x100 native, speed against C++ (CPU)": {"median": 3.1, "low": 2.9, "high": 3.3}, ...}}
 
-It names no machine and no date: only what was divided by what.
+It names no machine and no date: only what was divided by what, and the kind of processor, since a ratio of two
+programs is not the same on every kind (a compiler fills wide vectors in one of them and not in the other).
 """
 
 from __future__ import annotations
@@ -17,7 +19,7 @@ import numpy as np
 
 from muslin.base.errors import MuslinError
 
-VERSION = 1
+VERSION = 2
 
 #: A ratio has regressed if a step costs more than this many times what was recorded.
 REGRESSED = 1.2
@@ -42,17 +44,27 @@ class Ratio:
 
 @dataclass
 class Record:
-    """Ratios by name, and whether the machine was busy with something else."""
+    """Ratios by name, whether the machine was busy with something else, and its kind of processor."""
 
     ratios: dict[str, Ratio] = field(default_factory=dict)
     busy: bool = False
+    kind: str = ""
 
     def save(self, path: Path) -> None:
         """Write it as JSON."""
         ratios = {name: vars(ratio) for name, ratio in self.ratios.items()}
-        text = json.dumps({"version": VERSION, "busy": self.busy, "ratios": ratios}, indent=1)
+        head = {"version": VERSION, "kind": self.kind, "busy": self.busy}
+        text = json.dumps(head | {"ratios": ratios}, indent=1)
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text + "\n", encoding="utf-8")
+
+    def or_better(self, other: Record) -> Record:
+        """Each ratio from the measurement in which it was better: what a disturbance cost is no cost of the code."""
+        ratios = dict(self.ratios)
+        for name, ratio in other.ratios.items():
+            if name not in ratios or ratio.median > ratios[name].median:
+                ratios[name] = ratio
+        return Record(ratios, self.busy and other.busy, self.kind)
 
     @classmethod
     def load(cls, path: Path) -> Record:
@@ -71,7 +83,7 @@ class Record:
                 str(name): Ratio(*(float(r[key]) for key in ("median", "low", "high")))
                 for name, r in read["ratios"].items()
             }
-            return cls(ratios, bool(read.get("busy", False)))
+            return cls(ratios, bool(read.get("busy", False)), str(read.get("kind", "")))
         except (OSError, ValueError, KeyError, TypeError, AttributeError) as error:
             raise MuslinError(
                 f"{path} is not a record of `muslin bench`: {error}.",
