@@ -42,7 +42,7 @@ class Tab:
             [
                 BROWSER, "--headless=new", "--no-sandbox", "--disable-dev-shm-usage", "--no-first-run",
                 "--disable-background-networking", "--disable-component-update", "--disable-extensions",
-                "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                "--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader", "--webgl-antialiasing-mode=none",
                 "--host-resolver-rules=MAP * ~NOTFOUND, EXCLUDE 127.0.0.1", "--remote-debugging-port=0",
                 f"--user-data-dir={profile}", "about:blank",
             ],
@@ -60,7 +60,7 @@ class Tab:
         self.session = self("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Runtime", "Log", "Network", "Page"):
             self(f"{domain}.enable")
-        size = {"width": 1000, "height": 600, "deviceScaleFactor": 1, "mobile": False}
+        size = {"width": 800, "height": 400, "deviceScaleFactor": 1, "mobile": False}
         self("Emulation.setDeviceMetricsOverride", **size)
         self("Page.navigate", url=url)
 
@@ -82,7 +82,7 @@ class Tab:
             shot = self("Page.captureScreenshot", format="png")["data"]
         except ConnectionError:  # on the way from one page to the next
             return np.zeros((1, 1, 3), int)
-        return np.asarray(Image.open(io.BytesIO(base64.b64decode(shot))).convert("RGB")).astype(int)[:, :640]
+        return np.asarray(Image.open(io.BytesIO(base64.b64decode(shot))).convert("RGB")).astype(int)[:, :440]
 
     def key(self, key):
         for kind in ("keyDown", "keyUp"):

@@ -62,9 +62,13 @@ KINDS = {
 SOUND = ("honest", "endless", "forks", "memory", "shares", "deep", "closed")
 
 
-def handed_in(folder, token, number):
-    """So many submissions, each with bytes of its own: one of every kind, stubs, and so on from the beginning."""
-    kinds = itertools.islice(itertools.cycle((*KINDS, "stubs")), number)
+#: Kinds that cost no deadline: what graders that run side by side meet every day.
+BRIEF = ("honest", "shares", "deep", "ends", "closed", "garbage", "crashes")
+
+
+def handed_in(folder, token, number, kinds=(*KINDS, "stubs")):
+    """So many submissions, each with bytes of its own: one of every kind, and so on from the beginning."""
+    kinds = itertools.islice(itertools.cycle(kinds), number)
     return [
         write(folder / f"{k}-{kind}", {BYSTANDER: f"# {k}\n{_written(kind, token)}"})
         for k, kind in enumerate(kinds)
@@ -135,8 +139,9 @@ def _class(folder, code, size=2):
 
 
 def test_two_graders_and_two_classes_at_once_leave_nothing(attack, tmp_path, scratch, hidden):
-    submissions = handed_in(tmp_path / "alone", attack.token, max(3, GRADINGS // 4))
-    handed_in(tmp_path / "room", attack.token, max(3, GRADINGS // 4))
+    kinds = {} if GRADINGS > 10 else {"kinds": BRIEF}
+    submissions = handed_in(tmp_path / "alone", attack.token, max(3, GRADINGS // 4), **kinds)
+    handed_in(tmp_path / "room", attack.token, max(3, GRADINGS // 4), **kinds)
     running = [_started(scratch, GRADE, *submissions) for _ in range(2)]
     running += [
         _started(scratch, GRADE_CLASS, tmp_path / "room", tmp_path / f"out{k}", hidden) for k in range(2)
