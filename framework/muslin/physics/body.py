@@ -93,6 +93,7 @@ class Body:
             self.mass_data[layout.start + a * (layout.stride + 1)] = self.mass_factor
         self.mass = self.pattern.matrix(self.mass_data)
         self._sum: Any = None
+        self._sizes: Any = None
         self._moving: Any = None
         self._scalar_mass: Any = None
 
@@ -233,10 +234,26 @@ class Body:
 
     def stiffness_here(self, project: bool = True) -> np.ndarray:
         """Data array (nnz,) of the energy's Hessian on `pattern` [N/m], as `assembly` has it."""
+        return self._stiffness(project).copy()
+
+    def _stiffness(self, project: bool) -> np.ndarray:
+        """The same, written over by the next call."""
         self.prepare("hessian", project=project)
         if self._sum is None:
             self._sum = self._assembly(self.pattern.layout, np.zeros_like(self.mass_factor))
-        return self._sum(1.0).copy()
+        return np.asarray(self._sum(1.0))
+
+    def summands_here(
+        self, x: np.ndarray, project: bool = True, more: tuple[int, float] | None = None
+    ) -> np.ndarray:
+        """|K| |x|, (3n,) [N]: the size of what is summed into the forces; `more`: a vertex, and its K's own [N/m]."""
+        K = self._stiffness(project)
+        if more:
+            K[self.pattern.diagonal[more[0]]] += more[1]
+        if self._sizes is None:
+            self._sizes = self.pattern.matrix(np.empty_like(K))
+        np.abs(K, out=self._sizes.data)
+        return np.asarray(self._sizes @ np.abs(x).ravel())
 
     # At given positions -------------------------------------------------------------------------------------
 

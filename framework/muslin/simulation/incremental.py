@@ -23,7 +23,7 @@ class IncrementalPotential:
         self.damper = model.damper(state.x)
         self.free = np.repeat(~model.system.pinned, 3)
         self._v, self._x = state.v.ravel(), state.x
-        self._project = model.project
+        self._project, self._momentum = model.project, np.zeros_like(self._v)
 
     def start(self) -> np.ndarray:
         """The velocity before the step, with that of the pinned vertices in it, (3n,)."""
@@ -42,7 +42,8 @@ class IncrementalPotential:
         self._v, self._x = v, state.x + self.dt * v.reshape(-1, 3)
         model.body.update(self._x)
         dv = v - state.v.ravel()
-        kinetic = 0.5 * float(dv @ (model.body.mass @ dv))
+        self._momentum = model.body.mass @ dv
+        kinetic = 0.5 * float(dv @ self._momentum)
         phi = kinetic + model.body.energy_here() + model.potential(self._x)
         if self.air:
             phi += self.air.value(v.reshape(-1, 3))
@@ -53,7 +54,7 @@ class IncrementalPotential:
     def gradient(self) -> tuple[np.ndarray, float]:
         """dPhi/dv, (3n,) [N s]."""
         body = self.model.body
-        momentum = body.mass @ (self._v - self.state.v.ravel())
+        momentum = self._momentum
         elastic = self.dt * body.gradient_here().ravel()
         external = self.dt * self.model.conservative_force(self._x).ravel()
         if self.air:
@@ -79,11 +80,8 @@ class IncrementalPotential:
     def rounding(self) -> np.ndarray:
         """Error of the impulses dt f that rounding alone makes, (3n,) [N s]."""
         body, spring = self.model.body, self.model.spring
-        K = body.stiffness_here(self._project)
-        if spring:
-            K[body.pattern.diagonal[spring.vertex]] += spring.stiffness
-        impulses = self.dt * np.abs(body.pattern.matrix(K)) @ np.abs(self._x).ravel()
-        return 32 * np.finfo(float).eps * impulses
+        more = (spring.vertex, spring.stiffness) if spring else None
+        return 32 * np.finfo(float).eps * self.dt * body.summands_here(self._x, self._project, more)
 
     def solve(self, r: np.ndarray) -> np.ndarray:
         """(M + dt^2 K)^-1 r."""

@@ -16,6 +16,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
+from muslin.base.blas import one_thread
 from muslin.base.errors import MuslinError, SimulationError, choices
 from muslin.physics.colliders import Contacts, respond
 from muslin.simulation import by_student, guarded, second_order
@@ -139,12 +140,14 @@ def steps(model: Model, state: State, dt: float, name: str, count: int | None = 
         Instead of a state that makes no sense.
     """
     advance = integrator(name)
+    model.hessian_here = advance in (linearly_implicit_euler, second_order.symplectic_euler)
     model.body.update(state.x)
     yield state
     for step in itertools.count(1) if count is None else range(1, count + 1):
         if model.pull is not None:
             model.spring = model.pull(state.time)
-        following = advance(model, state, dt)
+        with one_thread():
+            following = advance(model, state, dt)
         _require_sound(following)
         if model.self_contact is not None:
             _uncross(model, state, following, dt)

@@ -124,9 +124,8 @@ class Model:
         pinned = np.zeros(n, dtype=bool)
         pinned[self.pinned] = True
         blocks = body.pattern.layout
-        self.system = System(
-            blocks.row, blocks.col, pinned, self.solver, self.project, body.X, self.tolerance
-        )
+        system = (blocks.row, blocks.col, pinned, self.solver, self.project, body.X, self.tolerance)
+        self.system = System(*system, solid=body.pattern.corners == 4)
         self._assemble = body.assembly(self.system.layout, self.system.data)
         self._couple = body.assembly(self.system.coupling)
         self._impulse = body.impulse(self.damping)
@@ -146,6 +145,8 @@ class Model:
         self.lumped = np.bincount(body.pattern.layout.row, body.mass_factor, n)
         #: the state that the body has been updated to, and all prepared for
         self.here: State | None = None
+        #: whether a step's first matrix is that of where the body is; Newton's method begins elsewhere
+        self.hessian_here = True
         self.limit: Callable[[np.ndarray, np.ndarray, float], np.ndarray] | None = None
         if self.stretch_limit:
             self.limit = body.limiter(self.stretch_limit, pinned)
@@ -191,7 +192,8 @@ class Model:
 
     def prepare(self) -> None:
         """Compute all that a step needs of the elements at the body's positions, in one go."""
-        self.body.prepare("energy", "gradient", "hessian", project=self.project)
+        parts = ("energy", "gradient", "hessian") if self.hessian_here else ("energy", "gradient")
+        self.body.prepare(*parts, project=self.project)
 
     def assemble(self, dt: float, project: bool | None = None) -> None:
         """Write M + dt (dt + damping) K at the body's current positions into `system`.

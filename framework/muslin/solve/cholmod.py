@@ -13,6 +13,7 @@ are under the GPL (the `fast` extra). `available` says whether this very build o
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import functools
 import glob
@@ -26,6 +27,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+
+from muslin.solve import kernels
 
 #: Where CHOLMOD 3.0 keeps its settings in `cholmod_common`, and what they are to begin with: 4-byte words.
 _DEFAULTS = {2: 858993459, 6: 5, 8: 8, 12: 1, 13: 1, 14: 1, 16: 1, 17: 1, 26: 4, 28: 16, 30: 48, 36: 3, 42: 0}
@@ -83,6 +86,7 @@ def _library() -> Any:
         import cvxopt.cholmod  # noqa: F401  (loads what the library needs)
 
         library, blas = (ctypes.CDLL(paths[0]) for paths in found)
+        library.kernels = blas  # type: ignore[attr-defined]
         # One thread's BLAS: NumPy's and SciPy's own spin while they wait for their threads.
         library.blas = {  # type: ignore[attr-defined]
             name: getattr(blas, name + "_") for name in ("dlauum", "dpotrf", "dpotrs", "dtrmv")
@@ -108,6 +112,12 @@ def _common(library: Any) -> Any:
 def available() -> bool:
     """Whether `Domain` can be used: Linux, with the CHOLMOD that cvxopt's wheels carry."""
     return _library() is not None
+
+
+def fast() -> contextlib.AbstractContextManager[None]:
+    """While it lasts, factorise with the kernels that suit the processor (see `muslin.solve.kernels`)."""
+    library = _library()
+    return kernels.fast(None if library is None else library.kernels)
 
 
 def analysed(indptr: np.ndarray, indices: np.ndarray) -> tuple[np.ndarray, float]:

@@ -10,6 +10,7 @@ vertices on, where factors of a sheet no longer fit into a few gigabytes.
 
 from __future__ import annotations
 
+import contextlib
 import importlib.util
 from collections.abc import Callable, Mapping
 from typing import Protocol
@@ -20,7 +21,7 @@ import scipy.sparse as sp
 from muslin.base import runtime
 from muslin.base.errors import MuslinError
 from muslin.physics.elements.layout import Layout, pointers
-from muslin.solve import ordering
+from muslin.solve import cholmod, ordering
 from muslin.solve.conjugate_gradients import ConjugateGradients
 from muslin.solve.domains import Cholmod
 from muslin.solve.multifrontal import Multifrontal
@@ -98,6 +99,9 @@ class System:
         Coordinates of the vertices: a sheet is cut along them. Without, along distances in the graph.
     tolerance : float
         Of iterative solvers: |b - A y| <= tolerance |b|.
+    solid : bool
+        Whether it is a solid's: its fronts are large, and CHOLMOD is to take the kernels that suit the processor. A
+        sheet is solved by those that OpenBLAS chooses, and ends at the same bits as ever.
 
     Attributes
     ----------
@@ -116,8 +120,10 @@ class System:
         definite: bool = True,
         points: np.ndarray | None = None,
         tolerance: float = 1e-8,
+        solid: bool = False,
     ):
         n = len(pinned)
+        self._kernels = cholmod.fast if solid else contextlib.nullcontext
         self.pinned, self.free = pinned, np.flatnonzero(~pinned)
         self._any_pinned = len(self.free) < n
         self._unknowns = (3 * self.free[:, None] + np.arange(3)).ravel()
@@ -174,8 +180,9 @@ class System:
             b = b - (outer @ y.ravel()).reshape(-1, 3)
         if self.solver is not None:
             guess = y if guess is None else guess
-            if not self._any_pinned:
-                return self.solver.solve(b, guess)
-            found = self.solver.solve(b.take(self.free, axis=0), guess.take(self.free, axis=0))
+            with self._kernels():
+                if not self._any_pinned:
+                    return self.solver.solve(b, guess)
+                found = self.solver.solve(b.take(self.free, axis=0), guess.take(self.free, axis=0))
             y.reshape(-1)[self._unknowns] = found.ravel()  # in half the time of y[self.free] = found
         return y

@@ -7,14 +7,20 @@ from muslin.base.engine import ti
 from muslin.physics.elements import modes
 
 
-@ti.kernel
-def gather_vector(rows: vec3s, ptr: integers, index: integers, out: vec3s):
-    """Sum rows into vertices."""
-    for i in range(out.shape[0]):
-        total = ti.Vector([0.0, 0.0, 0.0])
-        for k in range(ptr[i], ptr[i + 1]):
-            total += rows[index[k]]
-        out[i] = total
+@functools.cache
+def gather_vector(serial: bool):
+    """Kernel that sums rows into vertices."""
+
+    @ti.kernel
+    def kernel(rows: vec3s, ptr: integers, index: integers, out: vec3s):
+        ti.loop_config(serialize=serial)
+        for i in range(out.shape[0]):
+            total = ti.Vector([0.0, 0.0, 0.0])
+            for k in range(ptr[i], ptr[i + 1]):
+                total += rows[index[k]]
+            out[i] = total
+
+    return kernel
 
 
 @ti.func

@@ -59,28 +59,20 @@ def native(name: str, serial: bool):
                     flip, twist = ti.max(flip, 0.0), ti.max(twist, 0.0)
                 A *= volume[e]
                 same, cross = volume[e] / 2 * (flip + twist), volume[e] / 2 * (flip - twist)
-                for k in range(16):
-                    gi, gj = V.transpose() @ g[4 * e + k // 4], V.transpose() @ g[4 * e + k % 4]
-                    gg = ti.Vector([gi[0] * gj[0], gi[1] * gj[1], gi[2] * gj[2]])
-                    B = ti.Matrix(
-                        [
-                            [
-                                A[0, 0] * gg[0] + same[2] * gg[1] + same[1] * gg[2],
-                                A[0, 1] * gi[0] * gj[1] + cross[2] * gi[1] * gj[0],
-                                A[0, 2] * gi[0] * gj[2] + cross[1] * gi[2] * gj[0],
-                            ],
-                            [
-                                A[1, 0] * gi[1] * gj[0] + cross[2] * gi[0] * gj[1],
-                                A[1, 1] * gg[1] + same[2] * gg[0] + same[0] * gg[2],
-                                A[1, 2] * gi[1] * gj[2] + cross[0] * gi[2] * gj[1],
-                            ],
-                            [
-                                A[2, 0] * gi[2] * gj[0] + cross[1] * gi[0] * gj[2],
-                                A[2, 1] * gi[2] * gj[1] + cross[0] * gi[1] * gj[2],
-                                A[2, 2] * gg[2] + same[1] * gg[0] + same[0] * gg[1],
-                            ],
-                        ]
-                    )
-                    blocks[16 * e + k] = U @ B @ U.transpose()
+                for i in range(4):
+                    gi = V.transpose() @ g[4 * e + i]
+                    for j in range(i, 4):
+                        gj = V.transpose() @ g[4 * e + j]
+                        B = ti.Matrix.zero(float, 3, 3)
+                        for p in ti.static(range(3)):
+                            q, r = (p + 1) % 3, (p + 2) % 3
+                            B[p, p] = (
+                                A[p, p] * gi[p] * gj[p] + same[r] * gi[q] * gj[q] + same[q] * gi[r] * gj[r]
+                            )
+                            B[p, q] = A[p, q] * gi[p] * gj[q] + cross[r] * gi[q] * gj[p]
+                            B[q, p] = A[q, p] * gi[q] * gj[p] + cross[r] * gi[p] * gj[q]
+                        K = U @ B @ U.transpose()
+                        blocks[16 * e + 4 * j + i] = K.transpose()
+                        blocks[16 * e + 4 * i + j] = K
 
     return kernel
