@@ -14,7 +14,7 @@ import numpy as np
 from muslin.base import optional
 
 #: How a scene may answer contact of a cloth with itself.
-SELF_COLLISION = ("off", "fast")
+SELF_COLLISION = ("off", "fast", "exact")
 
 #: A step's way is taken in pieces of at most this share of a usual edge, relative to the cloth's own motion ...
 PIECE = 0.15
@@ -43,6 +43,15 @@ def require() -> Any:
     return optional.require("ipctk", "Self-collision", "contact", ", or use --set self_collision=off.")
 
 
+def surface(X: np.ndarray, triangles: np.ndarray) -> Any:
+    """ipctk's mesh of undeformed positions (n, 3) and triangles (m, 3)."""
+    ipctk = require()
+    ipctk.set_num_threads(1)  # the same sums in the same order
+    ipctk.set_logger_level(ipctk.LoggerLevel.error)
+    faces = np.asfortranarray(triangles, dtype=np.int32)
+    return ipctk.CollisionMesh(np.asfortranarray(X), ipctk.edges(faces), faces)
+
+
 class SelfContact:
     """A surface that must not cross itself.
 
@@ -59,12 +68,8 @@ class SelfContact:
 
     def __init__(self, X: np.ndarray, triangles: np.ndarray, masses: np.ndarray, gap: float):
         ipctk = require()
-        ipctk.set_num_threads(1)  # the same sums in the same order
-        ipctk.set_logger_level(ipctk.LoggerLevel.error)
-        faces = np.asfortranarray(triangles, dtype=np.int32)
-        edges = ipctk.edges(faces)
-        self._mesh = ipctk.CollisionMesh(np.asfortranarray(X), edges, faces)
-        self.gap = float(gap)
+        self._mesh, self.gap = surface(X, triangles), float(gap)
+        edges = self._mesh.edges
         self._edge = float(np.median(np.linalg.norm(X[edges[:, 0]] - X[edges[:, 1]], axis=1)))
         self._measured: np.ndarray | None = None
         self._free: np.ndarray = np.zeros(len(X))

@@ -24,6 +24,9 @@ ALLOWED = 1e-6
 #: Iterations of Newton's method for a step that would add to the energy, and how often what they find is halved.
 ITERATIONS, SHORTER = 20, 30
 
+#: How often what is in the way of pinned vertices is made to give way in a step at most, and how exactly.
+CARRIED, COARSE = 50, 1e-3
+
 
 def linear(
     model: Model, state: State, dt: float, known: np.ndarray | None, touching: Touching | None = None
@@ -42,11 +45,33 @@ def linear(
 
 def newtons(model: Model, problem: IncrementalPotential) -> np.ndarray:
     """Velocities (n, 3) that minimise the incremental potential, by the student's Newton where there is one."""
-    if functions := model.body.roles.calling(by_student.NEEDS["newton"]):
+    if model.barrier:
+        v = _nearing(model, problem)
+    elif functions := model.body.roles.calling(by_student.NEEDS["newton"]):
         v = by_student.minimise(functions.newtons_method, problem, problem.start(), model.tolerance)
     else:
         v = newton.minimise(problem, problem.start(), model.tolerance)
     return v.reshape(-1, 3)
+
+
+def _nearing(model: Model, problem: IncrementalPotential) -> np.ndarray:
+    """The same where the body must not cross itself: from a place that it can get to without.
+
+    Pinned vertices are carried on as far as nothing is in their way; then what is gives way, and they go on.
+    """
+    v, start = problem.base(), problem.start()
+    goal = start
+    for _ in range(CARRIED):
+        share = problem.reach(v, goal - v)
+        v = goal if share == 1 else v + share * (goal - v)
+        carried = np.array_equal(v[~problem.free], start[~problem.free])
+        v = newton.minimise(problem, v, model.tolerance if carried else COARSE)
+        if carried:
+            return v
+        goal = np.where(problem.free, v, start)
+    raise SimulationError(
+        "Pinned vertices are carried into the cloth faster than it can give way.", "Reduce dt."
+    )
 
 
 def step(model: Model, state: State, dt: float, whole: bool = False) -> State:
@@ -132,6 +157,7 @@ def _landed(
         v = respond(solved, touching.contacts(near, count), model.filter)
     if model.limit and (limited := model.limit(state.x, v, dt)) is not v:
         v = respond(limited, touching.contacts(near, count), model.filter) if touching else limited
+    v = _free(model, state.x + dt * solved, state.x + dt * v, solved, v)
     if touching:
         presses = touching.presses if presses is None else presses
         mass = np.einsum("ck,ck->c", touching.pairs.weights, model.lumped[touching.pairs.corners])
@@ -141,6 +167,7 @@ def _landed(
         work += touching.work(push, rub)
     x = state.x + dt * v
     if lifted is not None:
+        lifted = _free(model, x, x + lifted, np.zeros_like(x), lifted)
         model.body.update(x)
         unlifted = model.body.energy_here() + model.potential(x)
         x = x + lifted
@@ -156,6 +183,14 @@ def _landed(
             pulled = pulled - air.impulse(v)
         work += float(np.sum(pulled[model.pinned] * v[model.pinned]))
     return State(x, v, state.time + dt, contacts, pressed, state.work + work)
+
+
+def _free(model: Model, x: np.ndarray, goal: np.ndarray, at_x: np.ndarray, at_goal: np.ndarray) -> np.ndarray:
+    """`at_goal`, or so much less of it, towards `at_x`, as the body meets itself on the way from x to a goal."""
+    if model.barrier is None or np.array_equal(x, goal):
+        return at_goal
+    share = model.barrier.reach(x, goal)
+    return at_goal if share == 1 else at_x + share * (at_goal - at_x)
 
 
 def _excess(model: Model, state: State, before: float, following: State) -> float:

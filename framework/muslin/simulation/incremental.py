@@ -15,6 +15,7 @@ class IncrementalPotential:
 
     Phi(v) = 1/2 (v - v_n)^T M (v - v_n) + V(q + dt v), whose gradient is the backward Euler equation: momenta and
     impulses. Its rounding error is that of the forces, 32 eps |K| |x|. Damping adds dt/2 v^T C v, with C = beta K at q.
+    Where a barrier keeps the body from crossing itself, its energy is in V, and friction with itself adds dt D(v).
     """
 
     def __init__(self, model: Model, state: State, dt: float, touching: Touching | None = None):
@@ -22,6 +23,8 @@ class IncrementalPotential:
         self.air = model.air(state, dt)
         self.damper = model.damper(state.x)
         self.free = np.repeat(~model.system.pinned, 3)
+        self.barrier = model.barrier
+        self.rubbing = model.barrier.rubbing(state.x) if model.barrier else None
         self._v, self._x = state.v.ravel(), state.x
         self._project, self._momentum = model.project, np.zeros_like(self._v)
 
@@ -32,9 +35,24 @@ class IncrementalPotential:
         start[pinned] = 0.0 if known is None else known[pinned]
         return start.ravel()
 
+    def base(self) -> np.ndarray:
+        """A velocity at which everything moves on as one, (3n,): on that way nothing is met."""
+        if self.free.all():
+            momentum = (self.model.body.mass @ self.state.v.ravel()).reshape(-1, 3).sum(axis=0)
+            return np.tile(momentum / self.model.lumped.sum(), len(self._x))
+        return np.zeros_like(self._v)
+
     def shorter(self, v: np.ndarray) -> np.ndarray:
         """Half this velocity, but for the pinned vertices."""
-        return np.where(self.free, v / 2, v)
+        half = np.where(self.free, v / 2, v)
+        return half if self.barrier is None else v + self.reach(v, half - v) * (half - v)
+
+    def reach(self, v: np.ndarray, step: np.ndarray) -> float:
+        """Share of a step from v on which the body does not meet itself, at most 1."""
+        if self.barrier is None:
+            return 1.0
+        here, there = self.place(v), self.place(v + step)
+        return self.barrier.reach(here.reshape(-1, 3), there.reshape(-1, 3))
 
     def value(self, v: np.ndarray) -> float:
         """Phi(v) [J]."""
@@ -49,6 +67,10 @@ class IncrementalPotential:
             phi += self.air.value(v.reshape(-1, 3))
         if self.damper is not None:
             phi += self.dt / 2 * float(v @ (self.damper @ v))
+        if self.barrier:
+            phi += self.barrier.energy(self._x)
+        if self.rubbing:
+            phi += self.dt * self.rubbing.value(v.reshape(-1, 3))
         return phi + self.touching.value(v) if self.touching else phi
 
     def gradient(self) -> tuple[np.ndarray, float]:
@@ -67,6 +89,12 @@ class IncrementalPotential:
         if self.touching:
             terms.append(self.touching.gradient(self._v))
             r = r + terms[-1]
+        if self.barrier:
+            terms.append(self.dt * self.barrier.gradient(self._x).ravel())
+            r = r + terms[-1]
+        if self.rubbing:
+            terms.append(self.dt * self.rubbing.gradient(self._v.reshape(-1, 3)).ravel())
+            r = r + terms[-1]
         return r, max(self.size(term) for term in terms)
 
     def assemble(self, exact: bool) -> bool:
@@ -75,13 +103,22 @@ class IncrementalPotential:
         self.model.assemble(self.dt, self._project)
         presses = self.touching.pressing(self._v) if self.touching else None
         self.model.add(self.touching, presses, self.air)
+        if self.barrier:
+            self._repulsion = self.barrier.hessian(self._x, self._project)
+            more = self.dt**2 * self._repulsion
+            if self.rubbing:
+                more = more + self.dt * self.rubbing.hessian(self._v.reshape(-1, 3), self._project)
+            self.model.system.more = more
         return not self._project
 
     def rounding(self) -> np.ndarray:
         """Error of the impulses dt f that rounding alone makes, (3n,) [N s]."""
         body, spring = self.model.body, self.model.spring
         more = (spring.vertex, spring.stiffness) if spring else None
-        return 32 * np.finfo(float).eps * self.dt * body.summands_here(self._x, self._project, more)
+        forces = body.summands_here(self._x, self._project, more)
+        if self.barrier:
+            forces = forces + np.abs(self._repulsion) @ np.abs(self._x).ravel()
+        return 32 * np.finfo(float).eps * self.dt * forces
 
     def solve(self, r: np.ndarray) -> np.ndarray:
         """(M + dt^2 K)^-1 r."""

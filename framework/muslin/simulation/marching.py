@@ -184,7 +184,7 @@ def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
     count = int(sum((speeds < 1e-6).sum() for speeds in speeds_in))
     slowest = min((float(speeds.min()) for speeds in speeds_in if len(speeds)), default=0.0) if count else 0.0
     deepest = max((depth(collider, state.x) for collider in model.colliders_at(state.time)), default=0.0)
-    kinetic, elastic = body.kinetic_energy(state.v), body.energy_here()
+    kinetic, elastic = body.kinetic_energy(state.v), model.elastic(state.x)
     gravity = model.potential(state.x)
     total = kinetic + elastic + gravity
     momenta = np.concatenate(body.momenta(state.x, state.v)).tolist()

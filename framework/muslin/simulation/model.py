@@ -9,6 +9,7 @@ from dataclasses import dataclass, field
 import numpy as np
 import scipy.sparse as sp
 
+from muslin.physics.barrier import Barrier
 from muslin.physics.body import Body
 from muslin.physics.colliders import (
     CONTACT,
@@ -94,7 +95,9 @@ class Model:
     stretch_limit : float
         Largest principal stretch that a step may end with, above 1 (see `muslin.physics.elements.limit`); 0: any.
     self_contact : SelfContact, optional
-        Keeps the body from crossing itself; without it, nothing does.
+        Keeps the body from crossing itself, after each step.
+    barrier : Barrier, optional
+        Keeps the body from crossing itself, in each step of backward Euler.
     damping : float
         beta [s] of Rayleigh's damping force -beta K v, with the stiffness K = d2V/dq2, projected, before the step.
     """
@@ -115,6 +118,7 @@ class Model:
     friction: float = 0.0
     stretch_limit: float = 0.0
     self_contact: SelfContact | None = None
+    barrier: Barrier | None = None
     damping: float = 0.0
 
     def __post_init__(self) -> None:
@@ -125,7 +129,7 @@ class Model:
         pinned[self.pinned] = True
         blocks = body.pattern.layout
         system = (blocks.row, blocks.col, pinned, self.solver, self.project, body.X, self.tolerance)
-        self.system = System(*system, solid=body.pattern.corners == 4)
+        self.system = System(*system, solid=body.pattern.corners == 4, varying=self.barrier is not None)
         self._assemble = body.assembly(self.system.layout, self.system.data)
         self._couple = body.assembly(self.system.coupling)
         self._impulse = body.impulse(self.damping)
@@ -288,4 +292,9 @@ class Model:
 
     def energy(self, state: State) -> float:
         """Kinetic, elastic and potential energy where the body has been updated to [J]."""
-        return self.body.kinetic_energy(state.v) + self.body.energy_here() + self.potential(state.x)
+        return self.body.kinetic_energy(state.v) + self.elastic(state.x) + self.potential(state.x)
+
+    def elastic(self, x: np.ndarray) -> float:
+        """What the body stores at positions (n, 3) that it has been updated to, and between what nearly touches [J]."""
+        stored = self.body.energy_here()
+        return stored + self.barrier.energy(x) if self.barrier else stored

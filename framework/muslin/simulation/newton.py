@@ -61,6 +61,10 @@ class Problem(Protocol):
         """Norm of a gradient, or of its error, over what may vary."""
         ...
 
+    def reach(self, v: np.ndarray, step: np.ndarray) -> float:
+        """Largest share, at most 1, of a step from v that may be tried."""
+        ...
+
     def is_nothing(self, step: np.ndarray) -> bool:
         """Whether a step would move things by no more than rounding does."""
         ...
@@ -128,11 +132,15 @@ def begun(problem: Problem, v: np.ndarray) -> tuple[np.ndarray, float]:
 def _search(
     problem: Problem, v: np.ndarray, phi: float, step: np.ndarray, slope: float, noise: float, left: float
 ) -> tuple[np.ndarray, float, bool]:
-    """The first of v + step, v + step / 2, ... that goes down far enough, phi there, and whether it is the first."""
+    """The first of v + step, v + step / 2, ... that goes down far enough, phi there, and whether it is the first.
+
+    Where only a share of the step may be tried, it is the first of v + share * step, ...
+    """
     allowed = noise + ROUNDING * abs(phi)
     if -slope < CANCELLED * abs(phi):  # so near the minimum that the energy's own rounding hides the way down
         allowed += CANCELLED * abs(phi)
-    length, trial = 1.0, _attempt(problem, v + step)
+    length = problem.reach(v, step)
+    trial = _attempt(problem, v + length * step)
     while not trial <= phi + KEPT * length * slope + allowed:
         length /= 2
         if length < SHORTEST:

@@ -16,6 +16,7 @@ from muslin import mesh as meshes
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.mesh import Mesh, Refinement, TetMesh
+from muslin.physics.barrier import Barrier
 from muslin.physics.body import Body
 from muslin.physics.selfcontact import SELF_COLLISION, SelfContact
 from muslin.simulation import scenes
@@ -76,27 +77,29 @@ def build(
         stretch_limit=scene.stretch_limit,
         damping=scene.damping,
         tolerance=scene.tolerance,
-        self_contact=_self_contact(scene, body, x),
+        **_apart(scene, body, x),
     )
     v = np.tile(np.asarray(scene.start_velocity, float), (len(x), 1))
     v[pinned] = 0.0
     return model, State(x, v)
 
 
-def _self_contact(scene: Scene, body: Body, x: np.ndarray) -> SelfContact | None:
-    """What keeps a scene's body from crossing itself, where the scene wants that."""
+def _apart(scene: Scene, body: Body, x: np.ndarray) -> dict[str, Any]:
+    """What keeps a scene's body from crossing itself, where the scene wants that, as `Model` takes it."""
     if scene.self_collision == SELF_COLLISION[0]:
-        return None
+        return {}
     if not np.array_equal(body.surface, body.cells):
         raise MuslinError("Self-collision is for cloth; a solid has none.", "Leave self_collision at off.")
     masses = np.asarray(body.mass.sum(axis=1)).ravel()[::3]
-    contact = SelfContact(body.X, body.surface, masses, scene.self_gap)
+    surface = (body.X, body.surface, masses, scene.self_gap)
+    exact = scene.self_collision == "exact"
+    contact = Barrier(*surface, scene.friction) if exact else SelfContact(*surface)
     if contact.crosses(x):
         raise MuslinError(
             f"The {body.word} of {scene.name!r} crosses itself where it starts: it cannot be kept from that.",
             "Start it elsewhere, or use --set self_collision=off.",
         )
-    return contact
+    return {"barrier" if exact else "self_contact": contact}
 
 
 def _start(scene: Scene, mesh: Mesh | TetMesh) -> np.ndarray:

@@ -26,6 +26,7 @@ from muslin.solve.conjugate_gradients import ConjugateGradients
 from muslin.solve.domains import Cholmod
 from muslin.solve.multifrontal import Multifrontal
 from muslin.solve.superlu import SuperLU
+from muslin.solve.varying import Varying
 
 #: Vertices from which on "auto" iterates instead of factorising.
 LARGE = 300_000
@@ -102,9 +103,13 @@ class System:
     solid : bool
         Whether it is a solid's: its fronts are large, and CHOLMOD is to take the kernels that suit the processor. A
         sheet is solved by those that OpenBLAS chooses, and ends at the same bits as ever.
+    varying : bool
+        Whether `more` is used, with a solver of its own.
 
     Attributes
     ----------
+    more : (3n, 3n) sparse matrix
+        What is added to the blocks that are always there.
     layout : Layout
         Where the blocks between free vertices go, in `data`.
     coupling : Layout
@@ -121,6 +126,7 @@ class System:
         points: np.ndarray | None = None,
         tolerance: float = 1e-8,
         solid: bool = False,
+        varying: bool = False,
     ):
         n = len(pinned)
         self._kernels = cholmod.fast if solid else contextlib.nullcontext
@@ -134,11 +140,16 @@ class System:
         graph = sp.csr_matrix((np.ones(int(kept.sum()), np.int8), number[col[kept]], indptr), shape=(k, k))
         self.name = choose(solver, k)
         self.solver: Solver | None = None
+        self._varying: Varying | None = None
+        self.more = sp.csc_matrix((3 * n, 3 * n))
         self.layout = Layout(row[:0], col[:0], row[:0], row[:0], 0)
         self.data = np.zeros(0)
         if k:
             where = ordering.pseudo_points(graph) if points is None else points[self.free]
-            self.solver = SOLVERS[self.name](graph, where, definite, tolerance)
+            if varying:
+                self.solver = self._varying = Varying(graph, where, definite, tolerance)
+            else:
+                self.solver = SOLVERS[self.name](graph, where, definite, tolerance)
             inner, self.data = self.solver.layout, self.solver.data
             self.layout = Layout(
                 self.free[inner.row], self.free[inner.col], inner.start, inner.stride, inner.size
@@ -180,6 +191,9 @@ class System:
             b = b - (outer @ y.ravel()).reshape(-1, 3)
         if self.solver is not None:
             guess = y if guess is None else guess
+            if self._varying is not None:
+                more = self.more[self._unknowns][:, self._unknowns] if self._any_pinned else self.more
+                self._varying.more = more
             with self._kernels():
                 if not self._any_pinned:
                     return self.solver.solve(b, guess)

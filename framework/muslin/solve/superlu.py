@@ -34,18 +34,18 @@ class SuperLU:
         """Factorise and solve."""
         k = 3 * self.n
         matrix = sp.csc_matrix((self.data, self.indices, self.indptr), shape=(k, k), copy=False)
-        y = self._factors(matrix).solve(b.take(self.order, axis=0).ravel())
+        y = factors(matrix, self.definite, "NATURAL").solve(b.take(self.order, axis=0).ravel())
         return y.reshape(-1, 3).take(self.place, axis=0)
 
-    def _factors(self, matrix: sp.csc_matrix) -> Any:
-        if self.definite:
-            try:
-                return splu(
-                    matrix, permc_spec="NATURAL", diag_pivot_thresh=0.0, options={"SymmetricMode": True}
-                )
-            except RuntimeError:
-                pass
-        return pivoted(matrix)
+
+def factors(matrix: sp.csc_matrix, definite: bool, order: str) -> Any:
+    """Factors of a symmetric matrix, without pivoting if it is `definite`; `order` as SciPy calls it."""
+    if definite:
+        try:
+            return splu(matrix, permc_spec=order, diag_pivot_thresh=0.0, options={"SymmetricMode": True})
+        except RuntimeError:
+            pass
+    return pivoted(matrix)
 
 
 def pivoted(matrix: sp.csc_matrix) -> Any:

@@ -103,8 +103,8 @@ class Scene:
     contact: str = "filter"  # filter the solved velocity, or "solve" with the contacts in the system
     bending: str = "off"  # a model in `muslin.physics.bending.MODELS`
     bending_stiffness: float = COTTON  # flexural rigidity [N m]
-    self_collision: str = "off"  # of the body with itself: off, or fast (extra `contact`)
-    self_gap: float = 1e-3  # of what touches itself: it keeps a quarter of that apart, or more [m]
+    self_collision: str = "off"  # of the body with itself: off, fast or exact (extra `contact`)
+    self_gap: float = 1e-3  # below which what touches itself is kept apart [m]
     adaptive: bool = False  # whether the mesh is refined and coarsened while it moves
     levels: int = 2  # of an adaptive mesh: each has three times the triangles
     budget: int = 20000  # vertices of an adaptive mesh at most
@@ -295,6 +295,8 @@ def override(scene: Scene, **values: Any) -> Scene:
         changes[name] = converted(name, value, _kind(scene, name))
     if {"E", "nu"} & changes.keys() and not {"mu", "lam"} & changes.keys():
         changes |= {"mu": None, "lam": None}  # the pair given last counts
+    if changes.get("self_collision") == "exact":
+        changes = {**EXACT, **changes}
     changed = dataclasses.replace(scene, **changes)
     if (changed.mu is None) != (changed.lam is None):
         raise MuslinError(f"The scene {scene.name!r} has only one of mu and lam.", "Give both, or E and nu.")
@@ -320,8 +322,14 @@ def override(scene: Scene, **values: Any) -> Scene:
     if changed.self_collision not in SELF_COLLISION:
         raise MuslinError(
             f"self_collision = {changed.self_collision!r} is not understood.",
-            f"Write {' or '.join(SELF_COLLISION)}.",
+            f"Write {', '.join(SELF_COLLISION[:-1])} or {SELF_COLLISION[-1]}.",
         )
+    for name, wanted in (EXACT if changed.self_collision == "exact" else {}).items():
+        if getattr(changed, name).replace("_", "-") != wanted:
+            raise MuslinError(
+                f"self_collision = exact needs {name} = {wanted}, not {getattr(changed, name)}.",
+                f"Leave {name} out, or use --set self_collision=fast.",
+            )
     if not changed.friction >= 0:
         raise MuslinError(
             f"friction = {changed.friction} must not be negative.", "For example 0.3; 0 is none."
@@ -334,6 +342,9 @@ def override(scene: Scene, **values: Any) -> Scene:
         raise MuslinError("view must not point straight up or down.", "For example: view=0.4,0.35,1")
     return changed
 
+
+#: What self-collision in every step goes with, and brings along.
+EXACT = {"integrator": "backward-euler", "contact": "solve"}
 
 #: What parameters must be above.
 LOWEST = {
