@@ -80,10 +80,9 @@ class Barrier:
         """Friction in a step from positions (n, 3); None if nothing rubs."""
         if not self.friction:
             return None
-        near, mesh, here = self._here(x)
-        if not len(near):
-            return None
-        return Rubbing(near, mesh, here, self._potential, self._rubbing, self.friction)
+        near, here = self._pairs(), np.asfortranarray(x)
+        near.build(self._mesh, here, self.gap)  # as a run that is resumed here finds them, in the same order
+        return Rubbing(near, self._mesh, here, self._potential, self._rubbing, self.friction) if len(near) else None
 
     def reach(self, x: np.ndarray, goal: np.ndarray) -> float:
         """Share of the straight way from x to a goal, (n, 3) each, that may be gone: 1, or up to where things meet."""
@@ -96,9 +95,7 @@ class Barrier:
     def _here(self, x: np.ndarray) -> tuple[Any, Any, np.ndarray]:
         """What is near at positions (n, 3), as ipctk wants it."""
         if self._at is None or not np.array_equal(x, self._at):
-            near = require().NormalCollisions()
-            near.use_area_weighting = True
-            here = np.asfortranarray(x)
+            near, here = self._pairs(), np.asfortranarray(x)
             if self._on_the_way(x):
                 near.build(self._candidates, self._mesh, here, self.gap)
             else:
@@ -106,6 +103,12 @@ class Barrier:
             self._near, self._at = near, np.array(x, order="F")
         assert self._at is not None
         return self._near, self._mesh, self._at
+
+    @staticmethod
+    def _pairs() -> Any:
+        pairs = require().NormalCollisions()
+        pairs.use_area_weighting = True
+        return pairs
 
     def _on_the_way(self, x: np.ndarray) -> bool:
         """Whether positions are in the boxes that the last way was watched in."""
