@@ -122,10 +122,11 @@ def test_a_run_that_was_stopped_goes_on_to_the_same_end(tmp_path):
     assert np.array_equal(whole.x, resumed.x)
 
 
-def test_without_ipctk_the_extra_is_named(monkeypatch):
+@pytest.mark.parametrize("kept", ["fast", "exact"])
+def test_without_ipctk_the_extra_is_named(monkeypatch, kept):
     monkeypatch.setitem(sys.modules, "ipctk", None)
     with pytest.raises(MuslinError, match=r"muslin\[contact\].*self_collision=off"):
-        muslin.simulate("drape", resolution=4, steps=1, self_collision="fast")
+        muslin.simulate("drape", resolution=4, steps=1, self_collision=kept)
 
 
 def test_a_start_that_crosses_itself_is_refused():
@@ -137,7 +138,9 @@ def test_a_start_that_crosses_itself_is_refused():
 @pytest.mark.parametrize(
     ("parameters", "said"),
     [
-        ({"self_collision": "maybe"}, "off or fast"),
+        ({"self_collision": "maybe"}, "off, fast or exact"),
+        ({"self_collision": "exact", "integrator": "midpoint"}, "integrator = backward-euler, not midpoint"),
+        ({"self_collision": "exact", "contact": "filter"}, "contact = solve, not filter"),
         ({"self_collision": "fast", "self_gap": 0.0}, "self_gap = 0.0 must be positive"),
     ],
 )

@@ -5,7 +5,8 @@ not share a vertex and are nearer than a gap there is a barrier; ways are gone o
 and where surfaces slide on each other, Coulomb's friction takes energy. Pairs, distances, barrier, friction and ways
 are those of `ipctk`, an optional package.
 
-The stiffness of the barrier does not change during a run: a stiffness that adapts would put energy in.
+The stiffness of the barrier does not change during a run: one that adapts would put energy in. Over its gap the barrier
+of a vertex is about as stiff as the sheet is around it, so that neither makes the other's system hard to solve.
 """
 
 from __future__ import annotations
@@ -16,12 +17,6 @@ import numpy as np
 import scipy.sparse as sp
 
 from muslin.physics.selfcontact import require, surface
-
-#: How many layers of the cloth the barrier carries, on earth, at half its gap.
-LAYERS = 10
-
-#: Pressure of ipctk's logarithmic barrier at half its gap, for a stiffness of 1 Pa.
-HALFWAY = 6.05
 
 #: Speed [m/s] of one surface on the other below which friction holds: it grows to Coulomb's up to there.
 HOLDS = 1e-3
@@ -38,20 +33,19 @@ class Barrier:
     X : (n, 3) array
         Undeformed positions [m].
     triangles : (m, 3) int array
-    masses : (n,) array
-        [kg]
+    stretching : float
+        How hard the surface is to stretch [N/m].
     gap : float
         Distance at which the barrier begins [m].
     friction : float
         Coulomb's coefficient; 0: none.
     """
 
-    def __init__(self, X: np.ndarray, triangles: np.ndarray, masses: np.ndarray, gap: float, friction: float):
+    def __init__(self, X: np.ndarray, triangles: np.ndarray, stretching: float, gap: float, friction: float):
         ipctk = require()
         self._mesh, self.gap, self.friction = surface(X, triangles), gap, friction
-        density = float(masses.sum() / np.asarray(self._mesh.vertex_areas).sum())
         #: of the barrier [Pa]
-        self.stiffness = LAYERS * 9.81 * density / HALFWAY
+        self.stiffness = stretching * gap / float(np.median(self._mesh.vertex_areas))
         self._potential = ipctk.BarrierPotential(gap, self.stiffness, True)
         self._rubbing = ipctk.FrictionPotential(HOLDS)
         self._narrow = ipctk.TightInclusionCCD(conservative_rescaling=1 - LEFT)
@@ -82,7 +76,11 @@ class Barrier:
             return None
         near, here = self._pairs(), np.asfortranarray(x)
         near.build(self._mesh, here, self.gap)  # as a run that is resumed here finds them, in the same order
-        return Rubbing(near, self._mesh, here, self._potential, self._rubbing, self.friction) if len(near) else None
+        return (
+            Rubbing(near, self._mesh, here, self._potential, self._rubbing, self.friction)
+            if len(near)
+            else None
+        )
 
     def reach(self, x: np.ndarray, goal: np.ndarray) -> float:
         """Share of the straight way from x to a goal, (n, 3) each, that may be gone: 1, or up to where things meet."""

@@ -44,7 +44,7 @@ def require() -> Any:
 
 
 def surface(X: np.ndarray, triangles: np.ndarray) -> Any:
-    """ipctk's mesh of undeformed positions (n, 3) and triangles (m, 3)."""
+    """Undeformed positions (n, 3) and triangles (m, 3) as ipctk's mesh."""
     ipctk = require()
     ipctk.set_num_threads(1)  # the same sums in the same order
     ipctk.set_logger_level(ipctk.LoggerLevel.error)

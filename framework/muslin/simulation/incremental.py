@@ -99,7 +99,8 @@ class IncrementalPotential:
 
     def assemble(self, exact: bool) -> bool:
         """Write M + dt^2 K down, with the exact K only where the body wants it."""
-        self._project = self.model.project and not (exact and self.model.body.exact_near_rest)
+        exact = exact and (self.model.body.exact_near_rest or self.barrier is not None)
+        self._project = self.model.project and not exact
         self.model.assemble(self.dt, self._project)
         presses = self.touching.pressing(self._v) if self.touching else None
         self.model.add(self.touching, presses, self.air)

@@ -90,10 +90,13 @@ def _apart(scene: Scene, body: Body, x: np.ndarray) -> dict[str, Any]:
         return {}
     if not np.array_equal(body.surface, body.cells):
         raise MuslinError("Self-collision is for cloth; a solid has none.", "Leave self_collision at off.")
-    masses = np.asarray(body.mass.sum(axis=1)).ravel()[::3]
-    surface = (body.X, body.surface, masses, scene.self_gap)
     exact = scene.self_collision == "exact"
-    contact = Barrier(*surface, scene.friction) if exact else SelfContact(*surface)
+    contact: Barrier | SelfContact
+    if exact:
+        contact = Barrier(body.X, body.surface, body.stiffness, scene.self_gap, scene.friction)
+    else:
+        masses = np.asarray(body.mass.sum(axis=1)).ravel()[::3]
+        contact = SelfContact(body.X, body.surface, masses, scene.self_gap)
     if contact.crosses(x):
         raise MuslinError(
             f"The {body.word} of {scene.name!r} crosses itself where it starts: it cannot be kept from that.",
