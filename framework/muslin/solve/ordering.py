@@ -64,20 +64,83 @@ def dissection(
     children : list of lists
         The nodes below each node: the pieces that its separator divides.
     """
+    pieces, parents, at = _pieces(graph, points, vertices, leaf)
+    below: list[list[int]] = [[] for _ in range(len(parents))]
+    for piece, parent in enumerate(parents[1:], 1):
+        below[parent].append(piece)
     nodes: list[np.ndarray] = []
     children: list[list[int]] = []
 
-    def visit(vertices: np.ndarray) -> int:
-        below: list[int] = []
-        if len(vertices) > leaf:
-            one, other, vertices = cut(graph, points, vertices)
-            below = [visit(part) for part in (one, other) if len(part)]
-        nodes.append(vertices)
-        children.append(below)
+    def visit(piece: int) -> int:
+        under = [visit(part) for part in below[piece]]
+        nodes.append(pieces[at[piece] : at[piece + 1]])
+        children.append(under)
         return len(nodes) - 1
 
-    visit(vertices)
+    visit(0)
     return nodes, children
+
+
+def _pieces(
+    graph: sp.csr_matrix, points: np.ndarray, vertices: np.ndarray, leaf: int
+) -> tuple[np.ndarray, list[int], np.ndarray]:
+    """All cuts of a dissection, those of one depth at once: as `cut` makes them one by one.
+
+    Returns
+    -------
+    vertices : int array
+        Piece by piece: those of its separator, or all where it was not cut.
+    parents : list
+        Of each piece the one it was cut from, before it; -1 for the first.
+    at : int array
+        Where each piece begins, and the end.
+    """
+    n = graph.shape[0]
+    row, col = np.repeat(np.arange(n), np.diff(graph.indptr)), graph.indices
+    last = np.full(n, -1)  # the smallest piece so far that a vertex is in
+    last[vertices] = 0
+    parents, begun = [-1], 0
+    active, piece = np.asarray(vertices), np.zeros(len(vertices), dtype=np.int64)
+    while True:
+        count = np.bincount(piece - begun, minlength=len(parents) - begun)
+        large = count > leaf
+        kept = large[piece - begun]
+        if not kept.any():
+            break
+        active, piece = active[kept], piece[kept]
+        which = np.cumsum(large) - 1  # pieces that are cut, numbered among themselves
+        group, count = which[piece - begun], count[large]
+        first = np.cumsum(count) - count
+        where = points[active]
+        extent = np.maximum.reduceat(where, first) - np.minimum.reduceat(where, first)
+        along = where[np.arange(len(active)), np.argmax(extent, axis=1)[group]]
+        order = np.lexsort((along, group))
+        ranked = along[order]
+        middle, span = ranked[first + count // 2], ranked[first + count - 1] - ranked[first]
+        low = along < (middle - 1e-9 * span)[group]
+        none = ~np.logical_or.reduceat(low, first)  # many vertices at the same place
+        half = none[group] & (np.arange(len(active)) - first[group] < (count // 2)[group])
+        low[order[half]] = True
+        of = np.full(n, -1)
+        of[active] = 2 * group + low
+        touching = (of[row] >= 0) & (of[row] ^ of[col] == 1)
+        between = touching & (of[row] & 1 == 1)
+        separator = np.zeros(n, dtype=bool)
+        separator[col[between]] = True
+        left = ~separator[active]
+        inside = (of[row] >= 0) & (of[row] == of[col])
+        row, col = row[inside], col[inside]
+        active, side = active[left], (2 * group + ~low)[left]  # the lower side first
+        there, side = np.unique(side, return_inverse=True)
+        order = np.argsort(side, kind="stable")
+        parent = np.flatnonzero(large) + begun
+        begun = len(parents)
+        parents += parent[there // 2].tolist()
+        active, piece = active[order], begun + side.ravel()[order]
+        last[active] = piece
+    order = np.argsort(last[vertices], kind="stable")
+    at = np.concatenate([[0], np.cumsum(np.bincount(last[vertices], minlength=len(parents)))])
+    return vertices[order], parents, at
 
 
 def nested_dissection(graph: sp.csr_matrix, points: np.ndarray, vertices: np.ndarray) -> np.ndarray:
