@@ -94,6 +94,7 @@ class Body:
         self.mass = self.pattern.matrix(self.mass_data)
         self._sum: Any = None
         self._sizes: Any = None
+        self._factors: np.ndarray | None = None
         self._moving: Any = None
         self._scalar_mass: Any = None
 
@@ -136,7 +137,9 @@ class Body:
         hessians, hinges = self.elements["hessian"].hessians, self.bending
         if hinges is None:
             return Assembly(self.pattern, layout, mass, hessians, data)
-        constant = hinges.factors(self.pattern)
+        if self._factors is None:
+            self._factors = hinges.factors(self.pattern)
+        constant = self._factors
         more = None if constant is not None else (hinges.element.cells, hinges.element.hessians)
         return Assembly(self.pattern, layout, mass, hessians, data, constant, more)
 

@@ -81,6 +81,8 @@ class Cloth(Body):
         Flexural rigidity [N m].
     exact_bending : bool
         Whether the matrix of a step is to be exact (see `muslin.physics.elements.bending.Bending`).
+    lasting : bool
+        Whether the mesh stays for long: if not, the weights of its hinges are found in a quicker way.
 
     Raises
     ------
@@ -103,6 +105,7 @@ class Cloth(Body):
         bending: str = "off",
         bending_stiffness: float = 0.0,
         exact_bending: bool = True,
+        lasting: bool = True,
     ):
         _check_parameters(mu, lam, rho, h, energy, hessian)
         require_model(bending, bending_stiffness)
@@ -124,7 +127,7 @@ class Cloth(Body):
         elements = self._elements(rest, Membrane(self.mu, self.lam, self.h, energy))
         hinges = None
         if bending != "off" and bending_stiffness > 0:
-            hinges = self._hinges(X, bending, bending_stiffness, exact_bending)
+            hinges = self._hinges(X, bending, bending_stiffness, exact_bending, quick=not lasting)
         super().__init__(
             X, self.triangles, elements, self._masses(), self.mesh, self.roles, self.needs,
             self.mu * self.h, hinges,
@@ -143,12 +146,14 @@ class Cloth(Body):
             found |= dict.fromkeys(left, NativeElement(rest, membrane))
         return found
 
-    def _hinges(self, X: np.ndarray, model: str, stiffness: float, exact: bool) -> Bending | None:
+    def _hinges(
+        self, X: np.ndarray, model: str, stiffness: float, exact: bool, quick: bool
+    ) -> Bending | None:
         """What resists bending, if there is an edge with two triangles."""
         from muslin.physics.bending import Hinges
         from muslin.physics.elements.bending import Bending
 
-        hinges = Hinges.of(X, self.triangles)
+        hinges = Hinges.of(X, self.triangles, quick)
         return Bending(X, hinges, model, stiffness, exact) if len(hinges.cells) else None
 
     def _masses(self) -> np.ndarray:

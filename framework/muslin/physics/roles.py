@@ -54,6 +54,8 @@ def checked(stand_ins: Iterable[str], functions: Functions | None) -> frozenset[
         If the assignment has no task of one of these names.
     """
     chosen = frozenset([stand_ins] if isinstance(stand_ins, str) else stand_ins)
+    if not chosen:
+        return chosen
     known = list((functions.assignment if functions is not None else assignment()).tasks)
     if unknown := sorted(map(str, chosen - set(known))):
         raise MuslinError(

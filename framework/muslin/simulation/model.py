@@ -100,6 +100,8 @@ class Model:
         Keeps the body from crossing itself, in each step of backward Euler.
     damping : float
         beta [s] of Rayleigh's damping force -beta K v, with the stiffness K = d2V/dq2, projected, before the step.
+    lasting : bool
+        Whether the mesh stays for long, so that much may be done to find a good order for its systems.
     """
 
     body: Body
@@ -120,6 +122,7 @@ class Model:
     self_contact: SelfContact | None = None
     barrier: Barrier | None = None
     damping: float = 0.0
+    lasting: bool = True
 
     def __post_init__(self) -> None:
         from muslin.physics.elements.contact import Detection, Response
@@ -129,7 +132,12 @@ class Model:
         pinned[self.pinned] = True
         blocks = body.pattern.layout
         system = (blocks.row, blocks.col, pinned, self.solver, self.project, body.X, self.tolerance)
-        self.system = System(*system, solid=body.pattern.corners == 4, varying=self.barrier is not None)
+        self.system = System(
+            *system,
+            solid=body.pattern.corners == 4,
+            varying=self.barrier is not None,
+            lasting=self.lasting,
+        )
         self._assemble = body.assembly(self.system.layout, self.system.data)
         self._couple = body.assembly(self.system.coupling)
         self._impulse = body.impulse(self.damping)

@@ -78,6 +78,7 @@ def build(
         damping=scene.damping,
         tolerance=scene.tolerance,
         **_apart(scene, body, x),
+        lasting=not scene.adaptive,
     )
     v = np.tile(np.asarray(scene.start_velocity, float), (len(x), 1))
     v[pinned] = 0.0

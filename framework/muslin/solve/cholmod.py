@@ -210,10 +210,11 @@ class Domain:
         begin, source, target = self.n - size, [], []
         for k in range(int(np.searchsorted(first, begin, side="right")) - 1, L.nsuper):
             here = rows[rows_at[k] : rows_at[k + 1]].astype(np.int64)
-            for c in range(max(first[k], begin), first[k + 1]):
-                j = np.flatnonzero(here >= c)
-                source.append(x_at[k] + (c - first[k]) * len(here) + j)
-                target.append((self.n - 1 - here[j]) + size * (self.n - 1 - c))
+            columns = np.arange(max(first[k], begin), first[k + 1])
+            which, j = np.nonzero(here >= columns[:, None])
+            c = columns[which]
+            source.append(x_at[k] + (c - first[k]) * len(here) + j)
+            target.append((self.n - 1 - here[j]) + size * (self.n - 1 - c))
         return np.concatenate(source), np.concatenate(target)
 
     @property

@@ -43,7 +43,15 @@ class Cholmod:
     Where the library cannot be called directly (see `muslin.solve.cholmod`), cvxopt's wrapper is.
     """
 
-    def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
+    def __init__(
+        self,
+        graph: sp.csr_matrix,
+        points: np.ndarray,
+        definite: bool,
+        tolerance: float,
+        ordered: Callable[..., _Triangle] | None = None,
+    ):
+        ordered = ordered or _best_triangle
         n = graph.shape[0]
         everything, nothing = np.arange(n), np.arange(0)
         parts, separator = [everything], nothing
@@ -51,9 +59,9 @@ class Cholmod:
             one, other, between = ordering.cut(graph, points, everything)
             if min(len(one), len(other)) > 2 * len(between) > 0:
                 parts, separator = [one, other], between
-        triangles = [_best_triangle(graph, points, part, separator) for part in parts]
+        triangles = [ordered(graph, points, part, separator) for part in parts]
         if len(parts) == 2 and any((t.order[-len(separator) :] != separator).any() for t in triangles):
-            triangles = [_best_triangle(graph, points, everything, nothing)]
+            triangles = [ordered(graph, points, everything, nothing)]
         ends = np.cumsum([0, *(triangle.layout.size for triangle in triangles)])
         self.data = np.zeros(ends[-1])
         pieces = [self.data[a:b] for a, b in itertools.pairwise(ends)]
@@ -74,6 +82,16 @@ class Cholmod:
             self._solve = _Direct(triangles[0], self.data)
         else:
             self._solve = _InHalves(triangles, pieces, len(separator))
+
+    @classmethod
+    def passing(
+        cls, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float
+    ) -> Cholmod:
+        """Solver for a pattern that will soon be another: ordered once, by minimum degree.
+
+        On meshes that are finer here and there this is the better order of the two as often as not.
+        """
+        return cls(graph, points, definite, tolerance, _triangle)
 
     def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Factorise and solve; by pivoted LU if the matrix is not positive definite."""
@@ -109,19 +127,31 @@ def _best_triangle(
     """Some vertices and then a separator, in the better of two orders: minimum degree, nested dissection."""
     if not cholmod.available():
         return _Triangle(graph, part)  # cvxopt's wrapper orders by minimum degree itself
-    from cvxopt import amd, spmatrix
-
-    inner = graph[part][:, part].tocoo()
-    pattern = spmatrix(1.0, inner.row.astype(int).tolist(), inner.col.astype(int).tolist(), inner.shape)
-    degree = np.array(amd.order(pattern)).ravel()
     best, least = part, np.inf
-    for order in (part[degree], ordering.nested_dissection(graph, points, part)):
+    for order in (_minimum_degree(graph, part), ordering.nested_dissection(graph, points, part)):
         whole = np.concatenate([order, separator])
         triangle = _Triangle(graph, whole)
         post, flops = cholmod.analysed(triangle.indptr, triangle.indices)
         if flops < least:
             best, least = whole[post[::3] // 3], flops
     return _Triangle(graph, best)
+
+
+def _triangle(graph: sp.csr_matrix, points: np.ndarray, part: np.ndarray, separator: np.ndarray) -> _Triangle:
+    """Some vertices in an order of minimum degree, and then a separator."""
+    if not cholmod.available():
+        return _Triangle(graph, part)
+    return _Triangle(graph, np.concatenate([_minimum_degree(graph, part), separator]))
+
+
+def _minimum_degree(graph: sp.csr_matrix, part: np.ndarray) -> np.ndarray:
+    """Some vertices in an order of minimum degree."""
+    from cvxopt import amd, matrix, spmatrix
+
+    inner = graph[part][:, part].tocoo()
+    row, col = (matrix(np.asarray(places, dtype=np.int64)) for places in (inner.row, inner.col))
+    pattern = spmatrix(1.0, row, col, inner.shape)
+    return np.asarray(part[np.array(amd.order(pattern)).ravel()])
 
 
 class _Direct:

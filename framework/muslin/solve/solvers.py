@@ -105,6 +105,9 @@ class System:
         sheet is solved by those that OpenBLAS chooses, and ends at the same bits as ever.
     varying : bool
         Whether `more` is used, with a solver of its own.
+    lasting : bool
+        Whether many systems of this pattern will be solved. If not, a solver is made by its `passing`, if it has
+        that: with less care for the order of elimination.
 
     Attributes
     ----------
@@ -127,6 +130,7 @@ class System:
         tolerance: float = 1e-8,
         solid: bool = False,
         varying: bool = False,
+        lasting: bool = True,
     ):
         n = len(pinned)
         self._kernels = cholmod.fast if solid else contextlib.nullcontext
@@ -149,7 +153,9 @@ class System:
             if varying:
                 self.solver = self._varying = Varying(graph, where, definite, tolerance)
             else:
-                self.solver = SOLVERS[self.name](graph, where, definite, tolerance)
+                kind = SOLVERS[self.name]
+                kind = kind if lasting else getattr(kind, "passing", kind)
+                self.solver = kind(graph, where, definite, tolerance)
             inner, self.data = self.solver.layout, self.solver.data
             self.layout = Layout(
                 self.free[inner.row], self.free[inner.col], inner.start, inner.stride, inner.size

@@ -118,13 +118,14 @@ class Bending:
         if self._outside is not None:
             entries = entries.copy()
             pull = entries[:, 2, 3].copy()
-            for a, b in ((2, 2), (3, 3)):
-                entries[:, a, b] += pull
-            entries[:, 2, 3] = entries[:, 3, 2] = 0.0
-        i, j = np.repeat(cells, 4, axis=1).ravel(), np.tile(cells, 4).ravel()
-        there = entries.ravel() != 0
-        where = pattern.find(i[there], j[there])
-        return np.bincount(where, entries.ravel()[there], minlength=len(pattern.layout.row))
+            for corner in (2, 3):
+                entries[:, corner, corner] += pull
+        a, b = np.divmod(np.arange(16), 4)
+        if self._outside is not None:
+            kept = a + b != 5  # 2 and 3 are no neighbours
+            a, b = a[kept], b[kept]
+        where = pattern.find(cells[:, a].ravel(), cells[:, b].ravel())
+        return np.bincount(where, entries[:, a, b].ravel(), minlength=len(pattern.layout.row))
 
     def beyond(self, v: np.ndarray) -> np.ndarray | None:
         """What is too much in the pattern's matrix, times v: (n, 3), or None if nothing is."""

@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from muslin.base.launch import Launch, is_small
-from muslin.physics.elements.layout import Layout, pointers
+from muslin.physics.elements.layout import Layout, grouped, pointers
 from muslin.physics.elements.pattern_kernels import (
     add_blocks,
     assemble_blocks,
@@ -35,8 +35,7 @@ class Gather:
     def __init__(self, cells: np.ndarray, n: int):
         self.n = n
         # vertex i gathers rows k e + corner
-        self.vertex_rows = np.argsort(cells.ravel(), kind="stable").astype(np.int32)
-        self.vertex_ptr = pointers(cells.ravel(), n)
+        self.vertex_rows, self.vertex_ptr = grouped(cells.ravel(), n)
 
         self._bound: tuple[np.ndarray, np.ndarray, Launch] | None = None
 
@@ -80,11 +79,15 @@ class Pattern(Gather):
     def __init__(self, cells: np.ndarray, n: int, widened: np.ndarray | None = None):
         super().__init__(cells, n)
         self.corners = cells.shape[1]
-        own = _pairs(cells, n)
-        self._keys = np.unique(own if widened is None else np.concatenate([own, _pairs(widened, n)]))
-        self.block_rows, self.block_ptr = self.gathering(cells)
+        if widened is None:
+            self._keys, self.block_rows, self.block_ptr = _sorted_pairs(cells, n)
+        else:
+            self._keys = np.unique(np.concatenate([_pairs(cells, n), _pairs(widened, n)]))
+            self.block_rows, self.block_ptr = self.gathering(cells)
         self.held = np.diff(self.block_ptr) > 0
         self.layout = Layout.csr(self._keys // n, self._keys % n, n)
+        ptr, numbers = pointers(self.layout.row, n), np.arange(len(self._keys))
+        self._numbers = sp.csr_matrix((numbers, self.layout.col.astype(np.int32), ptr), shape=(n, n))
         self.nnz = self.layout.size
         self.indptr, self.indices = self.layout.scalar(n)
         diagonal = self.layout.row == self.layout.col
@@ -97,7 +100,7 @@ class Pattern(Gather):
         Block (i, j) gathers rows k k e + k corner_i + corner_j.
         """
         block = np.searchsorted(self._keys, _pairs(cells, self.n))
-        return np.argsort(block, kind="stable").astype(np.int32), pointers(block, len(self._keys))
+        return grouped(block, len(self._keys))
 
     def blocks(self, factor: np.ndarray) -> np.ndarray:
         """Sum numbers (k k m,), one per pair of a cell's corners, into one for each block."""
@@ -111,8 +114,10 @@ class Pattern(Gather):
         return pointers(row, self.n), col.astype(np.int32), np.ascontiguousarray(mass[self.held])
 
     def find(self, row: np.ndarray, col: np.ndarray) -> np.ndarray:
-        """Number of the block of each pair of vertices."""
-        return np.searchsorted(self._keys, row.astype(np.int64) * self.n + col)
+        """Number of the block of each pair of vertices that are neighbours."""
+        if not len(row):
+            return np.zeros(0, dtype=np.int64)
+        return np.asarray(self._numbers[row, col]).ravel()
 
     def matrix(self, data: np.ndarray) -> sp.csr_matrix:
         """Scipy matrix (3n, 3n) around a data array, without a copy."""
@@ -126,6 +131,18 @@ def _pairs(cells: np.ndarray, n: int) -> np.ndarray:
     k = cells.shape[1]
     i = np.repeat(cells, k, axis=1).ravel().astype(np.int64)
     return i * n + np.tile(cells, k).ravel().astype(np.int64)
+
+
+def _sorted_pairs(cells: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """The different ones of `_pairs`, ascending; the numbers of those that are the same, and where each begins."""
+    k = cells.shape[1]
+    i, j = np.repeat(cells, k, axis=1).ravel(), np.tile(cells, k).ravel()
+    by_j, _ = grouped(j, n)
+    by_i, _ = grouped(i[by_j], n)
+    order = by_j[by_i]
+    keys = i[order].astype(np.int64) * n + j[order]
+    begin = np.flatnonzero(np.diff(keys, prepend=-1))
+    return keys[begin], order, np.append(begin, len(keys)).astype(np.int32)
 
 
 class Assembly:

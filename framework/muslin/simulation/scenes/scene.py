@@ -159,7 +159,7 @@ class Scene:
         return Cloth(
             mesh, mu=mu, lam=lam, rho=self.rho, h=self.h, functions=functions, energy=energy,
             hessian=hessian, stand_ins=stand_ins, bending=self.bending, bending_stiffness=self.bending_stiffness,
-            exact_bending=self.integrator.replace("_", "-") != "linearly-implicit",
+            exact_bending=self.integrator.replace("_", "-") != "linearly-implicit", lasting=not self.adaptive,
         )  # fmt: skip
 
     def skin(self, mesh: Any) -> Mesh | None:
