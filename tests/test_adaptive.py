@@ -13,7 +13,7 @@ from muslin.mesh import Refinement, grid
 from muslin.mesh.refinement import violations
 from muslin.mesh.surface import frozen
 from muslin.simulation import adapting, scenes
-from muslin.simulation.criteria import indicator
+from muslin.simulation.criteria import bound, folded, indicator
 from muslin.simulation.runs import RunFolder
 from muslin.simulation.simulating import _adapter, build
 
@@ -222,3 +222,70 @@ def test_parameters_that_make_no_sense_are_refused(parameters, said):
 def test_a_solid_cannot_be_adaptive():
     with pytest.raises(MuslinError, match="Only cloth"):
         muslin.simulate("jelly", adaptive=True, steps=1)
+
+
+def test_no_fold_sharper_than_the_flip_angle_is_flipped():
+    mesh = Refinement.of(grid(6, 6))
+    X = grid(6, 6).vertices
+    x = np.stack([X[:, 0], X[:, 1], 0.5 * np.abs(X[:, 0] - 0.05)], axis=1)
+    for limit in (10.0, 60.0):
+        kept = bound(mesh, x, np.radians(limit))
+        finer = mesh.refine(np.flatnonzero(~kept))
+        edges = np.sort(mesh.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        angles = folded(mesh, x).ravel()
+        there = np.sort(finer.triangles[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2), axis=1)
+        number = [set(map(tuple, part.tolist())) for part in (edges, there)]
+        gone = np.array([tuple(edge) not in number[1] for edge in edges.tolist()])
+        assert gone.any()
+        assert angles[gone].max() <= np.radians(limit)
+    assert angles.max() > np.radians(20)  # so that the first limit forbade something, and the second nothing
+    assert not kept.any()
+
+
+def test_what_presses_goes_over_to_a_new_mesh_with_the_same_impulse():
+    from muslin.physics.meeting import STRIDE
+    from muslin.physics.transfer import Sheet
+    from muslin.simulation import carrying
+    from muslin.simulation.touching import Pressed
+
+    mesh, begun = grid(6, 6), Refinement.of(grid(6, 6))
+
+    def sheet(refined):
+        area = muslin.mesh.area_and_normal(refined.spread(mesh.vertices), refined.triangles)[0]
+        return Sheet(refined.triangles, 0.3 * area)
+
+    pressing = np.flatnonzero(mesh.vertices[:, 0] < 0)
+    count, stays = len(pressing), len(begun.triangles) - 1
+    key = np.concatenate([pressing, [3 * STRIDE + stays], 4 * STRIDE + pressing[:4]])
+    slide = np.tile([0.1, 0.0, 0.2], (len(key), 1))
+    pressed = Pressed(key, np.linspace(1, 2, len(key)), slide, np.full(len(key), 0.3))
+    finer = begun.refine([0, 7, 12])
+    after = carrying.refined(pressed, finer, sheet(begun), sheet(finer))
+    assert np.all(np.diff(after.key) > 0)
+
+    def impulses(pressed):
+        return np.bincount(pressed.key // STRIDE, pressed.impulse)
+
+    assert impulses(after) == pytest.approx(impulses(pressed), rel=1e-12)
+    presses = np.zeros(36, dtype=bool)
+    presses[pressing] = True
+    wanted = np.flatnonzero(finer.all_of(presses))
+    assert len(wanted) > count
+    assert np.array_equal(after.key[after.key < STRIDE], wanted)
+    assert after.slide == pytest.approx(np.tile([0.1, 0.0, 0.2], (len(after), 1)))
+    assert after.speed == pytest.approx(0.3)
+    coarser, kept = finer.coarsen(np.flatnonzero(finer.removable()))
+    assert coarser.vertices == 36
+    back = carrying.coarsened(after, kept, sheet(finer), sheet(coarser))
+    assert np.array_equal(back.key, key)
+    assert impulses(back) == pytest.approx(impulses(pressed), rel=1e-12)
+
+
+def test_a_mesh_is_not_changed_for_a_few_triangles(monkeypatch):
+    adapter, state = adapter_of(resolution=16)
+    ask = np.zeros(len(adapter.refined.triangles))
+    monkeypatch.setattr(adapting, "indicator", lambda mesh, *_: np.resize(ask, len(mesh.triangles)))
+    ask[[40]] = 2.0
+    assert adapter.adapt(state) is state
+    ask[:20] = 2.0
+    assert adapter.adapt(state) is not state

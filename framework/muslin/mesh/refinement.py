@@ -332,11 +332,13 @@ def opposite(triangles: np.ndarray, n: int) -> np.ndarray:
     """
     start = triangles.ravel().astype(np.int64)
     end = triangles[:, [1, 2, 0]].ravel().astype(np.int64)
-    key, wanted = start * n + end, end * n + start
+    key = np.minimum(start, end) * n + np.maximum(start, end)
     order = np.argsort(key, kind="stable")
-    at = np.minimum(np.searchsorted(key[order], wanted), len(key) - 1)
-    found = order[at]
-    return np.where(key[found] == wanted, found, -1).reshape(-1, 3).astype(np.int32)
+    one, two = order[:-1], order[1:]
+    pairs = (key[one] == key[two]) & (start[one] == end[two])
+    across = np.full(len(key), -1, dtype=np.int32)
+    across[one[pairs]], across[two[pairs]] = two[pairs], one[pairs]
+    return across.reshape(-1, 3)
 
 
 def violations(mesh: Refinement, euler: int | None = None) -> list[str]:

@@ -305,7 +305,9 @@ def principal_stretches(rest: np.ndarray, x: np.ndarray, triangles: np.ndarray) 
     p, q = (rest[triangles[:, k]] - rest[triangles[:, 0]] for k in (1, 2))
     first, second = (x[triangles[:, k]] - x[triangles[:, 0]] for k in (1, 2))
     length = np.linalg.norm(p, axis=1)
-    e = p / length[:, None]  # and across it, in the plane: a frame in which p = (length, 0), q = (along, height)
+    e = (
+        p / length[:, None]
+    )  # and across it, in the plane: a frame in which p = (length, 0), q = (along, height)
     along = np.einsum("ij,ij->i", q, e)
     height = np.linalg.norm(q - along[:, None] * e, axis=1)
     first = first / length[:, None]

@@ -46,6 +46,16 @@ class Sheet:
         sums = u.sum(axis=1)
         return mass / 3 * sums, mass / 12 * (np.cross(r.sum(axis=1), sums) + np.cross(r, u).sum(axis=1))
 
+    def total(self, x: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Momentum and angular momentum about the origin of all of them, (3,) both."""
+        own = np.bincount(self.triangles.ravel(), np.repeat(self.masses / 12, 3), len(x))
+        r, u = _summed(x, self.triangles), _summed(v, self.triangles)
+        turn = np.einsum("ti,tj->ij", self.masses[:, None] / 12 * r, u) + np.einsum(
+            "ij,ik->jk", own[:, None] * x, v
+        )
+        turn = turn - turn.T
+        return np.einsum("t,tj->j", self.masses / 3, u), np.array([turn[1, 2], turn[2, 0], turn[0, 1]])
+
     def kinetic_energy(self, v: np.ndarray) -> float:
         """1/2 v^T M v [J]."""
         u = v[self.triangles]
@@ -55,13 +65,22 @@ class Sheet:
     def times(self, v: np.ndarray, rows: np.ndarray | slice = slice(None)) -> np.ndarray:
         """M v, (n, 3), with the mass of some triangles."""
         t = self.triangles[rows]
-        part = self.masses[rows, None, None] / 12 * (v[t].sum(axis=1, keepdims=True) + v[t])
-        return np.stack([np.bincount(t.ravel(), part[..., k].ravel(), len(v)) for k in range(3)], axis=1)
+        mass = self.masses[rows] / 12
+        shared = mass[:, None] * _summed(v, t)
+        own = np.bincount(t.ravel(), np.repeat(mass, 3), len(v))
+        parts = [np.bincount(t.ravel(), np.repeat(shared[:, k], 3), len(v)) for k in range(3)]
+        return np.stack(parts, axis=1) + own[:, None] * v
 
     def lumped(self, x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Row sums of the mass matrix, m (n,), and M x / m, (n, 3)."""
         m = np.bincount(self.triangles.ravel(), np.repeat(self.masses / 3, 3), len(x))
         return m, self.times(x) / np.where(m > 0, m, 1.0)[:, None]
+
+
+def _summed(values: np.ndarray, triangles: np.ndarray) -> np.ndarray:
+    """Sum of each triangle's corners, (m, 3)."""
+    a, b, c = triangles.T
+    return np.asarray(values[a] + values[b] + values[c])
 
 
 class Exchange:
@@ -135,10 +154,9 @@ class Exchange:
             turned = np.cross(x_after - x_before, self.after.times(v, kept))[inside]
             np.subtract.at(missing[1], self.patch[inside], turned)
             v += _rigid(np.where(self.free, self.patch, -1), missing[0], missing[1], m, c)
-        whole = [np.sum(part, axis=0) for part in self.before.momenta(x_before, v_before)]
+        whole = self.before.total(x_before, v_before)
         for _ in range(2):
-            now = [np.sum(part, axis=0) for part in self.after.momenta(x_after, v)]
-            left = [(a - b)[None] for a, b in zip(whole, now, strict=True)]
+            left = [(a - b)[None] for a, b in zip(whole, self.after.total(x_after, v), strict=True)]
             v += _rigid(np.where(self.free, 0, -1), left[0], left[1], m, c)
         return v
 

@@ -16,7 +16,8 @@ import numpy as np
 from muslin.mesh import Mesh, Refinement, area_and_normal
 from muslin.mesh.surface import frozen
 from muslin.physics.transfer import Exchange, Sheet
-from muslin.simulation.criteria import indicator
+from muslin.simulation import carrying
+from muslin.simulation.criteria import bound, indicator
 from muslin.simulation.integrators import steps
 from muslin.simulation.model import Model, State
 from muslin.simulation.scenes import Scene
@@ -24,6 +25,10 @@ from muslin.simulation.scenes import Scene
 #: A vertex goes where the indicator is below this: without it the triangles are sqrt(3) times as large, and the
 #: indicator as much, or 3 times where it was alone to stand out.
 COARSER = 0.3
+
+#: Share of the triangles, or vertices, that must ask for a change before there is one; how often a triangle may be
+#: refined in one.
+FEW, ROUNDS = 0.01, 2
 
 #: (undeformed mesh, start positions, pinned vertices, density) -> model
 Build = Callable[[Mesh, np.ndarray, np.ndarray, float], Model]
@@ -72,6 +77,7 @@ class Adapter:
         self._area = float(area_and_normal(mesh.vertices, mesh.triangles)[0].sum())
         self._mass = float(model.body.mass_factor.sum())
         self.model, self.refined = model, Refinement.of(mesh)
+        self._undeformed = self.refined, mesh.vertices
         self.log: list[tuple[float, ...]] = []
         self._resumed = refined is not None
         if refined is not None:
@@ -101,9 +107,22 @@ class Adapter:
             next(states)
 
     def adapt(self, state: State) -> State:
-        """The state on a mesh that fits it better; `model` and `refined` are then of that mesh."""
+        """The state on a mesh that fits it better; `model` and `refined` are then of that mesh.
+
+        Where that is more than a few triangles': what one change of the mesh costs hardly depends on how many do.
+        """
+        found = self._indicator(state)
+        goes, rows = self._superfluous(found), self._wanted(state, found)
+        if max(len(goes), len(rows)) <= FEW * len(found):
+            return state
         before = self._energies(state)
-        changed = self._finer(self._coarsened(state))
+        changed = self._coarsened(state, goes) if len(goes) else state
+        for again in range(ROUNDS):
+            if again or len(goes):
+                rows = self._wanted(changed, self._indicator(changed))
+            if not len(rows):
+                break
+            changed = self._refined(changed, rows)
         if changed is state:
             return state
         self._rebuild()
@@ -114,42 +133,45 @@ class Adapter:
 
     # How ----------------------------------------------------------------------------------------------------
 
-    def _coarsened(self, state: State) -> State:
+    def _superfluous(self, found: np.ndarray) -> np.ndarray:
+        """Vertices that can be taken out and are not needed, by the indicator (m,)."""
         mesh = self.refined
         if not mesh.added:
-            return state
+            return np.zeros(0, dtype=int)
         worst = np.zeros(mesh.vertices)
-        np.maximum.at(worst, mesh.triangles.ravel(), np.repeat(self._indicator(state), 3))
+        np.maximum.at(worst, mesh.triangles.ravel(), np.repeat(found, 3))
         wanted = worst >= COARSER
         split = mesh.children[:, 0]  # the two of a trisection have one, and go together
-        goes = mesh.removable() & ~wanted & ~np.isin(split, split[wanted])
-        if not goes.any():
-            return state
-        old, sheet = self.refined, self._sheet()
-        self.refined, kept = old.coarsen(np.flatnonzero(goes))
+        return np.flatnonzero(mesh.removable() & ~wanted & ~np.isin(split, split[wanted]))
+
+    def _wanted(self, state: State, found: np.ndarray) -> np.ndarray:
+        """Rows of triangles that are to be refined and may be, by the indicator (m,)."""
+        mesh, scene = self.refined, self.scene
+        wanted = (found >= 1) & (mesh.generation < 2 * scene.levels)
+        if wanted.any():
+            wanted &= ~bound(mesh, state.x, np.radians(scene.flip_angle))
+        rows = np.flatnonzero(wanted)
+        return self._within_budget(rows[np.argsort(-found[rows], kind="stable")])
+
+    def _coarsened(self, state: State, goes: np.ndarray) -> State:
+        sheet, free = self._sheet(), self._free(self.refined)
+        self.refined, kept = self.refined.coarsen(goes)
         after = self._sheet()
-        exchange = Exchange(sheet, Sheet(kept[after.triangles], after.masses), len(state.x), self._free(old))
+        exchange = Exchange(sheet, Sheet(kept[after.triangles], after.masses), len(state.x), free)
         x = exchange.recentred(state.x)
         v = exchange.conserved(state.x, x, state.v, state.v)
-        number = np.full(len(state.x), -1)
-        number[kept] = np.arange(len(kept))
-        pressed = state.pressed.renumbered(number)
+        pressed = carrying.coarsened(state.pressed, kept, sheet, after)
         return State(x[kept], v[kept], state.time, [], pressed, state.work)
 
-    def _finer(self, state: State) -> State:
-        mesh, scene = self.refined, self.scene
-        found = self._indicator(state)
-        rows = np.flatnonzero((found >= 1) & (mesh.generation < 2 * scene.levels))
-        rows = self._within_budget(rows[np.argsort(-found[rows], kind="stable")])
-        if not len(rows):
-            return state
-        old, sheet = self.refined, self._sheet()
-        self.refined = old.refine(rows)
+    def _refined(self, state: State, rows: np.ndarray) -> State:
+        sheet = self._sheet()
+        self.refined = self.refined.refine(rows)
+        after = self._sheet()
         x, v = self.refined.spread(state.x), self.refined.spread(state.v)
-        exchange = Exchange(sheet, self._sheet(), len(x), self._free(self.refined))
+        exchange = Exchange(sheet, after, len(x), self._free(self.refined))
         moved = exchange.recentred(x)
         v = exchange.conserved(x, moved, v, v)
-        pressed = state.pressed.renumbered(np.arange(len(state.x)))
+        pressed = carrying.refined(state.pressed, self.refined, sheet, after)
         return State(moved, v, state.time, [], pressed, state.work)
 
     def _within_budget(self, rows: np.ndarray) -> np.ndarray:
@@ -168,7 +190,9 @@ class Adapter:
 
     def _rest(self) -> np.ndarray:
         """Undeformed positions of the mesh as it is now, (n, 3)."""
-        return self.refined.spread(self._mesh.vertices)
+        if self._undeformed[0] is not self.refined:
+            self._undeformed = self.refined, self.refined.spread(self._mesh.vertices)
+        return self._undeformed[1]
 
     def _indicator(self, state: State) -> np.ndarray:
         scene, colliders = self.scene, self.model.colliders_at(state.time)
@@ -199,5 +223,6 @@ class Adapter:
 
     def _energies(self, state: State) -> tuple[float, float, float]:
         body = self.model.body
-        body.update(state.x)
+        if not np.array_equal(body.elements["energy"].x, state.x):
+            body.update(state.x)
         return body.kinetic_energy(state.v), body.energy_here(), self.model.potential(state.x)

@@ -20,7 +20,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from muslin.physics.colliders import Contacts
-from muslin.physics.meeting import STRIDE, Pairs
+from muslin.physics.meeting import Pairs
 
 #: How much harder a contact is than the hardest vertex of the body in this step.
 HARDER = 1e6
@@ -57,16 +57,6 @@ class Pressed:
 
     def __len__(self) -> int:
         return len(self.key)
-
-    def renumbered(self, number: np.ndarray) -> Pressed:
-        """Those of vertices, on another mesh: `number` (n,) of each vertex there, or -1 where it is gone."""
-        collider, vertex = np.divmod(self.key, STRIDE)
-        fits = (collider % 2 == 0) & (vertex < len(number))  # of triangles nothing is left
-        fits[fits] = number[vertex[fits]] >= 0
-        key = collider[fits] * STRIDE + number[vertex[fits]]
-        order = np.argsort(key)
-        rest = (self.impulse[fits][order], self.slide[fits][order], self.speed[fits][order])
-        return Pressed(key[order], *rest)
 
 
 class Touching:

@@ -84,9 +84,7 @@ class Cholmod:
             self._solve = _InHalves(triangles, pieces, len(separator))
 
     @classmethod
-    def passing(
-        cls, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float
-    ) -> Cholmod:
+    def passing(cls, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float) -> Cholmod:
         """Solver for a pattern that will soon be another: ordered once, by minimum degree.
 
         On meshes that are finer here and there this is the better order of the two as often as not.

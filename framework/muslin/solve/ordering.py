@@ -100,7 +100,8 @@ def _pieces(
     last = np.full(n, -1)  # the smallest piece so far that a vertex is in
     last[vertices] = 0
     parents, begun = [-1], 0
-    active, piece = np.asarray(vertices), np.zeros(len(vertices), dtype=np.int64)
+    active: np.ndarray = np.asarray(vertices)
+    piece: np.ndarray = np.zeros(len(vertices), dtype=np.int64)
     while True:
         count = np.bincount(piece - begun, minlength=len(parents) - begun)
         large = count > leaf

@@ -111,6 +111,9 @@ class Scene:
     adapt_every: int = 2  # steps from one change of an adaptive mesh to the next
     refine_angle: float = 12.0  # between neighbouring triangles, from which they are refined [degrees]
     refine_stretch: float = 0.1  # difference of their principal stretches, likewise; 0: any
+    flip_angle: float = (
+        30.0  # of folds from which no edge along them is exchanged, so that they store no energy
+    )
     friction: float = 0.0  # Coulomb's coefficient with colliders, where contacts are in the system
     stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
     project: bool = True
@@ -360,6 +363,7 @@ LOWEST = {
     "budget": 2,
     "adapt_every": 0,
     "refine_angle": 0.0,
+    "flip_angle": 0.0,
 }
 
 
