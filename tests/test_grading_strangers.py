@@ -7,14 +7,18 @@ copied from it into the code's tables.
 from __future__ import annotations
 
 import ast
+import os
 import re
 import shutil
 import sys
+import zlib
+from collections import Counter
 from functools import cache
 from pathlib import Path
 
 import pytest
 
+from muslin import tasks
 from muslin.student.checking import examine
 
 if sys.version_info >= (3, 11):
@@ -23,24 +27,37 @@ else:
     import tomli as tomllib
 
 HERE = Path(__file__).parent
-SOLUTION = HERE.parent / "solutions" / "cloth"
+SOLUTIONS = HERE.parent / "solutions"
 #: The suites, and their files.
-SUITES = {"first": ("cloth.toml", "habits.toml"), "second": ("second.toml",), "third": ("third.toml",)}
+SUITES = {
+    "first": ("cloth.toml", "habits.toml"),
+    "second": ("second.toml",),
+    "third": ("third.toml",),
+    "fourth": ("fourth.toml",),
+}
 PLACE = HERE / "misconceptions" / "strangers"
 SUITE = [
-    {**entry, "suite": suite}
+    {"assignment": "cloth", **entry, "suite": suite}
     for suite, names in SUITES.items()
     for name in names
     for entry in tomllib.loads((PLACE / name).read_text(encoding="utf-8"))["mistake"]
 ]
-TASKS = sorted({entry["task"] for entry in SUITE})
-#: For each suite the share that is named, at least. 97 % were asked for; these are what was measured on 29 November
-#: 2026. The second was 360 of 483 by the expressions as they were before any message had been seen, 383 when more slips
-#: were made, and is 454 since the student's own text is read for the one change that makes it right; some 17 of the
-#: others say what is wrong in words that were not foreseen. The first went from 361 to 370 of 375. The third was
-#: measured once, and nothing was changed for it: 429 of 514 by its expressions. Read by eye, about 60 of the 85 others
-#: point to the line and say what belongs there in other words, which makes 95 %.
-SHARE = {"first": 0.986, "second": 0.939, "third": 0.83}
+TASKS = sorted({(entry["assignment"], entry["task"]) for entry in SUITE})
+#: For each suite the share that is named, at least: of all of it, and of what is drawn from it. 97 % were asked for;
+#: these are what was measured on 29 November 2026. Each was measured once as a stranger's, and then again with better
+#: code: the first 361 of 375, then 370; the second 360 of 483, then 455; the third 429 of 514 by its expressions (read
+#: by eye, about 95 %), then 440; the fourth 275 of 325 (by eye 93 %, see its file).
+SHARE = {"first": (0.98, 0.98), "second": (0.94, 0.89), "third": (0.85, 0.88), "fourth": (0.88, 0.89)}
+
+#: Set to anything, this tries all mistakes, which takes minutes, and not one in six of them.
+WHOLE = bool(os.environ.get("MUSLIN_ALL_MISTAKES"))
+
+
+def drawn(entry: dict) -> bool:
+    """Whether a mistake is tried: one in six, always the same ones."""
+    text = f"{entry['assignment']} {entry['task']} {entry['what']}"
+    return WHOLE or zlib.crc32(text.encode()) % 6 == 0
+
 
 #: A line of a message that only lists numbers: "mu  = 3.5", "   [0.1, 0.2]]", "worst case 3: relative error 1e+00".
 LISTED = re.compile(r"^(worst case \d.*|\s*\w+\s*= [-+\d.\[].*|[\s\[\],.\dnaif+\-e]*)$", re.MULTILINE)
@@ -53,24 +70,24 @@ def span(text: str, task: str) -> tuple[int, int]:
 
 
 FILES = {
-    node.name: path.name
-    for path in SOLUTION.glob("*.py")
-    for node in ast.parse(path.read_text(encoding="utf-8")).body
-    if isinstance(node, ast.FunctionDef)
+    (table.name, name): task.file
+    for table in map(tasks.assignment, ("cloth", "solids"))
+    for name, task in table.tasks.items()
 }
 
 
 def write(entry: dict, folder: Path) -> None:
     """The solution's files, with the mistake in one of them."""
     folder.mkdir()
-    for path in SOLUTION.iterdir():
+    assignment, task = entry["assignment"], entry["task"]
+    for path in (SOLUTIONS / assignment).iterdir():
         if path.suffix in (".py", ".toml"):
             shutil.copy(path, folder)
-    path = folder / FILES[entry["task"]]
+    path = folder / FILES[assignment, task]
     text = entry.get("file")
     if text is None:
         solution = path.read_text(encoding="utf-8")
-        first, end = span(solution, entry["task"])
+        first, end = span(solution, task)
         lines = solution.splitlines(keepends=True)
         text = "".join(lines[:first]) + entry["function"] + "".join(lines[end:])
     path.write_text(text, encoding="utf-8")
@@ -95,12 +112,13 @@ def reports(tmp_path_factory):
     place = tmp_path_factory.mktemp("strangers")
 
     @cache
-    def of(task):
+    def of(assignment, task):
         found = []
-        for k, entry in enumerate(e for e in SUITE if e["task"] == task):
-            folder = place / f"{task}-{k}"
+        tried = [e for e in SUITE if (e["assignment"], e["task"]) == (assignment, task) and drawn(e)]
+        for k, entry in enumerate(tried):
+            folder = place / f"{assignment}-{task}-{k}"
             write(entry, folder)
-            (report,) = examine(folder, "cloth", (task,))
+            (report,) = examine(folder, assignment, (task,))
             found.append((entry, report))
         return found
 
@@ -113,26 +131,37 @@ def is_named(entry: dict, report) -> bool:
 
 
 def test_the_suite_is_large_and_names_every_task():
-    assert sum(entry["kind"] == "mathematics" for entry in SUITE) >= 120
-    assert sum(entry["kind"] == "habit" for entry in SUITE) >= 50
+    kinds = Counter(entry["kind"] for entry in SUITE)
+    assert kinds["mathematics"] >= 120
+    assert kinds["habit"] >= 50
     assert set(TASKS) == set(FILES)
     assert {name for names in SUITES.values() for name in names} == {
         path.name for path in PLACE.glob("*.toml")
     }
-    assert len({entry.get("function", entry.get("file")) for entry in SUITE}) == len(SUITE)
-    for task in TASKS:
-        assert sum(entry["task"] == task and entry["kind"] == "mathematics" for entry in SUITE) >= 6, task
+    assert len({(e["assignment"], e.get("function", e.get("file"))) for e in SUITE}) == len(SUITE)
+    for pair in TASKS:
+        mathematics = [
+            e for e in SUITE if (e["assignment"], e["task"]) == pair and e["kind"] == "mathematics"
+        ]
+        assert len(mathematics) >= 5, pair
 
 
-@pytest.mark.parametrize("task", TASKS)
-def test_no_mistake_is_green(task, reports):
-    green = [entry["what"] for entry, report in reports(task) if report.status == "green"]
+def test_what_is_drawn_is_of_every_suite_and_of_nearly_every_task():
+    some = [entry for entry in SUITE if drawn(entry)]
+    assert len(some) >= len(SUITE) / 8
+    assert {entry["suite"] for entry in some} == set(SUITES)
+    assert len({(entry["assignment"], entry["task"]) for entry in some}) >= len(TASKS) - 2
+
+
+@pytest.mark.parametrize(("assignment", "task"), TASKS)
+def test_no_mistake_is_green(assignment, task, reports):
+    green = [entry["what"] for entry, report in reports(assignment, task) if report.status == "green"]
     assert not green, f"{task}: not called wrong:\n" + "\n".join(green)
 
 
 @pytest.mark.parametrize("suite", SUITES)
 def test_nearly_all_are_named(suite, reports):
-    everything = [pair for task in TASKS for pair in reports(task) if pair[0]["suite"] == suite]
+    everything = [pair for task in TASKS for pair in reports(*task) if pair[0]["suite"] == suite]
     missed = [(entry, report) for entry, report in everything if not is_named(entry, report)]
     listed = "\n\n".join(
         f"{entry['task']} ({entry['kind']}): {entry['what']}\n"
@@ -143,6 +172,6 @@ def test_nearly_all_are_named(suite, reports):
         for entry, report in missed
     )
     named = len(everything) - len(missed)
-    assert named >= SHARE[suite] * len(everything), (
+    assert named >= SHARE[suite][not WHOLE] * len(everything), (
         f"{named} of {len(everything)} are named; these are not:\n\n{listed}"
     )

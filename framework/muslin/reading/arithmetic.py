@@ -60,6 +60,8 @@ def _product(a: Any, b: Any) -> Any:
         return checked(np.matmul, a, b)
     if rank(a) == 2 and rank(b) == 1:
         return checked(lambda p, q: np.matmul(p, q[..., None])[..., 0], a, b)
+    if rank(a) == 1 and rank(b) == 2:
+        return checked(lambda p, q: np.matmul(p[:, None, :], q)[:, 0], a, b)
     raise Unclear
 
 

@@ -8,11 +8,24 @@ from collections.abc import Callable, Iterator, Mapping
 
 from muslin.reading.meaning import Meaning
 from muslin.reading.repairs import expressions, missing, statements
-from muslin.reading.repairs.pieces import KINDS, Repair, code, name, terms
+from muslin.reading.repairs.pieces import KINDS, Repair, code, name, terms, text_of
 from muslin.reading.repairs.scope import Scope
 
 #: Of changes of a kind that come to the same, what is said sooner or later: a transpose too many is there to be seen.
-SOONER = {"no transpose": -1, "no inverse": -1, "rows->cols": 1, "cols->rows": 1}
+SOONER = {"no transpose": -1, "no inverse": -1, "no normalized": 1, "rows->cols": 1, "cols->rows": 1}
+
+#: Where kinds of changes begin that are less plain than those of a symbol or two, in one place.
+LESS_PLAIN = KINDS.index("loop")
+
+
+def _rank(repair: Repair) -> tuple[float, int, int]:
+    """How plain a change is: one in one place before one in several, a number for a number before a name for it."""
+    kind = float(KINDS.index(repair.kind))
+    if len(repair.changes) > 1:
+        kind += LESS_PLAIN
+    elif repair.kind == "name" and not repair.detail[:1].isalpha():
+        kind = KINDS.index("number") + 0.5
+    return kind, SOONER.get(repair.detail, 0), len(repair.changes)
 
 
 class Changes:
@@ -33,9 +46,7 @@ class Changes:
     def plain(self) -> list[Repair]:
         """Those of a symbol or two, the plainest first."""
         singles = list(self._singles())
-        order = {kind: k for k, kind in enumerate(KINDS)}
-        found = [*singles, *self._together(singles), *self._swaps()]
-        return sorted(found, key=lambda r: (order[r.kind], SOONER.get(r.detail, 0), len(r.changes)))
+        return sorted([*singles, *self._together(singles), *self._swaps()], key=_rank)
 
     def larger(self, hope: Callable[[ast.AST], int]) -> Iterator[Repair]:
         """Factors and terms that are missing, and other parts in place of what stands there.
@@ -56,9 +67,10 @@ class Changes:
             and not isinstance(node, (ast.Compare, ast.BoolOp))
         ]
         hopes = {id(node): hope(node) for node in nodes}
-        ways = (missing.factors, missing.addends, missing.others, missing.counterparts)
+        ways = (missing.units, missing.factors, missing.addends, missing.others, missing.counterparts)
+        small = sorted(nodes, key=lambda node: len(text_of(node)))
         for level, made in itertools.product(sorted(set(hopes.values()) - {0}, reverse=True), ways):
-            for node in nodes:
+            for node in small if made is missing.units else nodes:
                 if hopes[id(node)] == level:
                     for kind, detail, words, new in made(scope, node, scope.form(node) or ()):
                         yield Repair(kind, detail, node.lineno, words, {id(node): new})

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import itertools
+import math
 from fractions import Fraction
 from typing import Any
 
@@ -22,6 +23,7 @@ from muslin.reading.repairs.pieces import (
     name,
     number,
     ratio,
+    text_of,
 )
 from muslin.reading.repairs.scope import Scope
 
@@ -63,6 +65,11 @@ def changes(scope: Scope, node: Any) -> Found:
         yield from _constants(scope, node)
     elif isinstance(node, ast.Subscript):
         yield from _subscripts(node)
+        for key in (
+            scope.named(()) if form == () and not isinstance(scope.parent(node), ast.Subscript) else ()
+        ):
+            words = f"{code(node)} stands in place of {scope.said(key)}{scope.context(node)}"
+            yield "another", f"{text_of(node)}->{key}", words, name(key)
     elif isinstance(node, ast.BinOp):
         yield from operations.changes(scope, node)
     elif isinstance(node, ast.Call):
@@ -97,10 +104,11 @@ def _names(scope: Scope, node: ast.Name, form: Form | None) -> Found:
     here = scope.context(node)
     for other, shape in scope.variables.items():
         if other != node.id and shape == form:
-            words = f"{scope.said(node.id)} stands in place of {scope.said(other)}{here}"
-            yield "name", f"{node.id}->{other}", words, name(other)
+            counts = "the index " if node.id in scope.loops and other in scope.loops else ""
+            words = f"{counts}{scope.said(node.id)} stands in place of {scope.said(other)}{here}"
+            yield "index" if counts else "name", f"{node.id}->{other}", words, name(other)
     if node.id in scope.loops:
-        for k in range(3):
+        for k in range(scope.length(node)):
             words = f"the index {node.id} stands in place of {k}{here}"
             yield "index", f"{node.id}->{k}", words, ast.Constant(k)
     elif form == () and isinstance(scope.parent(node), ast.Compare):
@@ -114,7 +122,7 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
     if isinstance(outer, ast.Tuple):
         outer = scope.parent(outer)
     if isinstance(outer, ast.Subscript):
-        for k in range(3):
+        for k in range(scope.length(node)):
             if k != value:
                 words = f"the index {value!r} stands in place of {k}{here}"
                 yield "index", f"{value!r}->{k}", words, ast.Constant(k)
@@ -127,9 +135,14 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
     made = [-value, value + 1, value - 1, *(value * k for k in (2, 3, 4)), *(value / k for k in (2, 3, 4))]
     if 0 < abs(value) < 0.1:
         made += [value * 10.0**k for k in range(-9, 10) if k]
+    exponent = -round(math.log10(abs(value))) if value else 0
+    if exponent < -2 and math.isclose(abs(value), 10.0**-exponent):
+        words = f"the exponent of {value:g}{here} has the wrong sign: a large number stands in place of a small one"
+        yield "sign", f"exponent {value}", words, number(10.0**exponent)
     what = "threshold" if isinstance(outer, ast.Compare) else "number"
+    idle = _idle(outer)
     for other in dict.fromkeys((*made, *NUMBERS)):
-        if other != value:
+        if other not in (value, idle):
             words = f"the {what} {value:g}{here} is wrong{ratio(value, other)}"
             yield "number", f"{value}->{other}", words, number(other)
     nearest = Fraction(value).limit_denominator(36)
@@ -138,7 +151,15 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
         yield "number", f"{value}->{nearest}", words, number(float(nearest))
     for key in scope.named(()):
         words = f"the number {value:g} stands in place of {scope.said(key)}{here}"
-        yield "name", f"{value}->{key}", words, name(key)
+        kind = "condition" if isinstance(outer, ast.Compare) else "name"
+        yield kind, f"{value}->{key}", words, name(key)
+
+
+def _idle(outer: ast.AST | None) -> int | None:
+    """The number that does nothing in an operation: it is told as one number too many."""
+    if isinstance(outer, ast.BinOp):
+        return {ast.Add: 0, ast.Sub: 0, ast.Mult: 1, ast.Div: 1}.get(type(outer.op))
+    return None
 
 
 def _subscripts(node: ast.Subscript) -> Found:
@@ -189,6 +210,14 @@ def _calls(node: ast.Call) -> Found:
 
 def _comparisons(node: ast.Compare) -> Found:
     if len(node.ops) != 1:
+        sides = [node.left, *node.comparators]
+        for a, b in itertools.combinations(range(len(sides)), 2):
+            if b - a < len(sides) - 1:
+                left = code(ast.Compare(sides[a], node.ops[a:b], sides[a + 1 : b + 1]))
+                words = (
+                    f"the condition {code(node)} asks for too much: {left} alone is every case that counts"
+                )
+                yield "condition", "chain", words, ast.Compare(sides[a], node.ops[a:b], sides[a + 1 : b + 1])
         return
     stands, here = OPERATORS.get(type(node.ops[0]), ""), code(node)
     for other in COMPARISONS:

@@ -88,6 +88,24 @@ def _numbers(scope: Scope) -> Iterator[tuple[str, ast.expr]]:
         yield f"the squared length of {scope.said(key)}", method(name(key), "norm_sqr")
 
 
+def units(scope: Scope, node: ast.expr, form: Form) -> Found:
+    """What is taken off, or added, that is the same for all: 1 or 2, or the identity."""
+    if _fixed(scope, node) or (len(form) == 2 and form[0] != form[1]):
+        return
+    inner, here = scope.alias(node), code(node)
+    numbers = (1, 2, 3) if len(terms(node)) > 1 else (1,)
+    parts: list[tuple[str, ast.expr]] = [(f"the number {k}", ast.Constant(k)) for k in numbers]
+    if len(form) == 2:
+        made = method(
+            ast.Attribute(name("ti"), "Matrix", ast.Load()), "identity", name("float"), ast.Constant(form[0])
+        )
+        parts = [("the identity", made)]
+    for text, part in parts:
+        for op, verb in ((ast.Sub(), "subtracted from"), (ast.Add(), "added to")):
+            words = f"{text} should be {verb} {here}, and is left out"
+            yield "lacks term", f"{verb} {text}", words, ast.BinOp(inner, op, part)
+
+
 def addends(scope: Scope, node: ast.expr, form: Form) -> Found:
     """A term that is missing in a sum, or beside what is none yet."""
     outer = scope.parent(node)
@@ -106,8 +124,6 @@ def addends(scope: Scope, node: ast.expr, form: Form) -> Found:
 
 def _terms(scope: Scope, form: Form) -> Iterator[tuple[str, ast.expr]]:
     """What may be missing as a term."""
-    for value in (1, 2) if form == () else ():
-        yield f"the number {value}", ast.Constant(value)
     for key in scope.named(form):
         yield scope.said(key), name(key)
     for part, shape in scope.parts.values():

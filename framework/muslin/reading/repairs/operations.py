@@ -91,10 +91,13 @@ def _sides(scope: Scope, node: ast.BinOp) -> Found:
     """Both sides exchanged, or one that should not be there."""
     op, left, right, here = node.op, node.left, node.right, code(node)
     stands, form = OPERATORS.get(type(op), ""), scope.form(node)
-    if isinstance(op, (ast.Sub, ast.Div, ast.MatMult, ast.Pow)):
+    on_left = isinstance(op, ast.MatMult) and len(scope.form(right) or ()) == 1  # a matrix times a vector
+    if isinstance(op, (ast.Sub, ast.Div, ast.MatMult, ast.Pow)) and not on_left:
         words = f"the two sides are in the wrong order (exchanged) in {here}"
         if isinstance(op, ast.Sub):
             words = f"a sign is wrong: the difference {here} is turned round, its two sides are exchanged"
+        if isinstance(op, ast.MatMult) and len(scope.form(left) or ()) == 1:
+            words += ": a vector on the left is multiplied by the transpose"
         yield "order", stands, words, ast.BinOp(right, op, left)
     if type(op) not in VERBS:
         return

@@ -197,6 +197,11 @@ def replaced(node: ast.expr, change: Callable[[Any], ast.AST | None]) -> ast.exp
     return made
 
 
+def with_one(whole: ast.expr, node: ast.AST, new: ast.AST) -> str:
+    """The text of an expression in which one node is another."""
+    return ast.unparse(copy.deepcopy(whole, {id(node): new}))
+
+
 def terms(node: ast.expr, sign: int = 1) -> list[tuple[int, ast.expr]]:
     """The terms a sum is made of, with their signs."""
     if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):

@@ -12,6 +12,9 @@ from muslin.reading.repairs.pieces import Form, code, name, replaced, text_of
 #: Nodes of an expression that may be put somewhere else.
 SMALL = 20
 
+#: Longest row or column of which every index is tried.
+MOST = 4
+
 
 class Scope:
     """A function, and the functions of the file that it uses.
@@ -53,6 +56,14 @@ class Scope:
     def form(self, node: ast.AST) -> Form | None:
         """Shape of a node's value, where it has one."""
         return self.meaning.forms.get(id(node))
+
+    def length(self, node: ast.AST) -> int:
+        """How many numbers an index may be that stands in square brackets; of a large array, no more than three."""
+        place, outer = 0, self.parent(node)
+        if isinstance(outer, ast.Tuple):
+            place, outer = outer.elts.index(node), self.parent(outer)  # type: ignore[arg-type]
+        form = self.form(outer.value) if isinstance(outer, ast.Subscript) else None
+        return form[place] if form is not None and place < len(form) and form[place] <= MOST else 3
 
     def alias(self, node: ast.expr) -> ast.expr:
         """The node itself, to stand inside of what replaces it."""
