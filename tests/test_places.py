@@ -174,7 +174,7 @@ def test_a_place_below_a_file_is_refused_by_name(tmp_path, run, words, below):
 # --- terminals -------------------------------------------------------------------------------------------------
 
 COMMANDS = ["", "start", "check", "list", "hint", "reset", "run", "submit", "watch", "upgrade", "handout",
-            "explain", "gradcheck",
+            "explain", "experiment", "gradcheck",
             "simulate", "scenes", "render", "export", "demo", "doctor", "view", "play", "grade", "lint", "release",
             "pack", "bench", "class", "class grade", "new", "new assignment", "new task", "reference",
             "reference build", "reference mistakes", "reference slips", "reference verify", "mesh"]  # fmt: skip

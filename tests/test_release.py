@@ -32,6 +32,7 @@ TABLE = read_assignment(SOLUTION)
 TASKS = list(TABLE.tasks.values())
 COMMANDS = {
     "scenes",
+    "experiment",
     "handout",
     "view",
     "play",

@@ -15,6 +15,8 @@ its own::
     <!-- picture: NAME.png | caption -->  that picture, if it is in pictures/; nothing otherwise
     <!-- note: for authors -->            nothing
 
+Experiments, `experiments/*.py` and their `README.md`, are given as they are.
+
 What comes out depends only on what is in `solutions/<name>/`.
 """
 
@@ -31,6 +33,9 @@ from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.reading import syntax
 from muslin.tasks import MANIFEST, read_assignment
+
+#: Scripts that measure something with a student's functions, and what is asked about them.
+EXPERIMENTS = "experiments"
 
 PICTURE_TYPES = (".gif", ".jpg", ".png", ".svg", ".webp")
 
@@ -135,6 +140,8 @@ def rendered(source: Path) -> dict[str, bytes]:
     table = read_assignment(source)
     texts = {file: stubs(source / file, table) for file in table.files}
     texts |= {name: read(source / name) for name in table.given}
+    given = [path for path in (source / EXPERIMENTS).glob("*") if path.suffix in (".py", ".md")]
+    texts |= {f"{EXPERIMENTS}/{path.name}": read(path) for path in given}
     texts[MANIFEST] = without_regions(read(source / MANIFEST), source / MANIFEST)
     pictures = {
         f"{PICTURES}/{path.name}": path.read_bytes()

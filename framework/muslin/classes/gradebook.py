@@ -11,10 +11,19 @@ from functools import cached_property
 from muslin.classes.finding import Submission
 from muslin.classes.late import Lateness
 from muslin.classes.overrides import Override
-from muslin.grading.record import FAILED, NOT_IMPLEMENTED, PASSED, SKIPPED, Check, Record, TaskResult
+from muslin.grading.record import (
+    FAILED,
+    NOT_IMPLEMENTED,
+    PASSED,
+    SKIPPED,
+    Answer,
+    Check,
+    Record,
+    TaskResult,
+)
 from muslin.grading.views.grades_csv import cell
 from muslin.grading.views.text import points
-from muslin.tasks import Assignment
+from muslin.tasks import Assignment, Question
 
 #: Longest notes in a cell [characters].
 NOTES = 2000
@@ -59,10 +68,19 @@ class Row:
         """Whether a person has changed the score of a task, or the total."""
         return self.by_hand(task) is not None or self.bonus(task) > 0
 
+    @property
+    def written(self) -> dict[str, Question]:
+        """The written questions that were marked, by name."""
+        return {
+            entry.task: entry.written
+            for entry in self.overrides
+            if entry.written and self.touched(entry.task)
+        }
+
     def score(self, task: str) -> float | None:
-        """Points that count for a task."""
+        """Points that count for a task, or for a written question."""
         score = self.by_hand(task)
-        if score is None and self.record is not None:
+        if score is None and self.record is not None and task not in self.written:
             score = self.record[task].score
         bonus = self.bonus(task)
         return (score or 0.0) + bonus if bonus else score
@@ -73,7 +91,8 @@ class Row:
         if (total := self.by_hand()) is not None:
             return total + self.bonus()
         if self.record:
-            return round(sum(self.score(task.name) or 0.0 for task in self.record) + self.bonus(), 2)
+            parts = [*(task.name for task in self.record), *self.written]
+            return round(sum(self.score(name) or 0.0 for name in parts) + self.bonus(), 2)
         tasks = {entry.task for entry in self.overrides if entry.task and self.touched(entry.task)}
         if not tasks and not self.bonus():
             return None
@@ -131,7 +150,7 @@ class Row:
         return f"{what} set by hand to {points(override.score)}{self._instead(override)}{bonus}: {override.reason}"
 
     def _instead(self, override: Override) -> str:
-        if self.record is None:
+        if self.record is None or override.written:
             return ""
         graded = self.record[override.task].score if override.task else self.record.score
         return f" (graded: {points(graded)})"
@@ -140,7 +159,13 @@ class Row:
         """The record with what was set by hand in it, each with a check that says so."""
         if self.record is None or not self.overrides:
             return self.record
-        return replace(self.record, tasks=tuple(self._task(task) for task in self.record))
+        marked = tuple(self._answer(question) for question in self.written.values())
+        return replace(self.record, tasks=tuple(self._task(task) for task in self.record), written=marked)
+
+    def _answer(self, question: Question) -> Answer:
+        said = "; ".join(entry.reason for entry in self.overrides if entry.task == question.name)
+        points_of = self.score(question.name) or 0.0
+        return Answer(question.name, question.title, question.section, points_of, question.points, said)
 
     def _task(self, task: TaskResult) -> TaskResult:
         checks = tuple(self._check(task, entry) for entry in self.overrides if entry.task == task.name)
@@ -164,17 +189,22 @@ class Row:
 def grades_csv(rows: Sequence[Row], table: Assignment) -> str:
     """A line per student (RFC 4180); the same for every run, and safe to open in a spreadsheet.
 
-    Where there is a late policy, it has the total before it and what it took besides the score that counts.
+    Where there is a late policy, it has the total before it and what it took besides the score that counts. Where a
+    written question was marked, each has a column behind the tasks.
     """
     policy = any(row.late is not None for row in rows)
     most = sum(task.points for task in table.tasks.values())
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\r\n")
     before = BEFORE if policy else ()
-    writer.writerow(["student", "id", "score", "max", *map(cell, table.tasks), "late", *before, "notes"])
+    written = list(table.written) if any(row.written for row in rows) else []
+    writer.writerow(
+        ["student", "id", "score", "max", *map(cell, [*table.tasks, *written]), "late", *before, "notes"]
+    )
     lines = []
     for row in rows:
-        scores = [row.counts, most, *(row.score(task) for task in table.tasks)]
+        answers = (row.score(name) if name in row.written else None for name in written)
+        scores = [row.counts, most, *(row.score(task) for task in table.tasks), *answers]
         for student in row.submission.students:
             lines.append(
                 [

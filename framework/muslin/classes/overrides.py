@@ -1,5 +1,7 @@
 """Scores set by hand, from a table a person keeps: student, task (blank: the total), score, reason.
 
+A written question of the assignment stands in the column of tasks, too; its points come on top.
+
 A line without a score is a comment. A score above the maximum is a bonus; so are points in a column `bonus`, which come
 on top of what was graded. The student `*` is everyone who has no line of their own for that task.
 """
@@ -9,7 +11,7 @@ from __future__ import annotations
 import difflib
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from muslin.base import paths
@@ -17,7 +19,7 @@ from muslin.base.errors import MuslinError
 from muslin.classes.finding import Submission, tidy_name
 from muslin.classes.tables import Sheet
 from muslin.grading.views.text import one_line
-from muslin.tasks import Assignment
+from muslin.tasks import Assignment, Question
 
 COLUMNS = ("student", "task", "score", "reason")
 
@@ -29,7 +31,7 @@ BONUS, EVERYONE = "bonus", "*"
 class Override:
     """A score set by hand, of `most` that there are, or points on top; without either, a comment.
 
-    An empty `task` means the total.
+    An empty `task` means the total; `written` is the question it marks, if it is none of the tasks.
     """
 
     task: str
@@ -37,6 +39,7 @@ class Override:
     reason: str
     most: float = math.inf
     bonus: float = 0.0
+    written: Question | None = None
 
 
 def read(
@@ -72,6 +75,7 @@ def read(
     meant = names(submissions)
     totals = {"": sum(task.points for task in table.tasks.values())}
     most = totals | {name: task.points for name, task in table.tasks.items()}
+    most |= {name: question.points for name, question in table.written.items()}
     found: dict[str, list[Override]] = {}
     everyones: list[Override] = []
     wrong = []
@@ -81,6 +85,7 @@ def read(
         row = dict(zip(header, (cell.strip() for cell in cells), strict=False))
         try:
             keys, override = _override(row, meant, most)
+            override = replace(override, written=table.written.get(override.task))
             earlier = everyones if keys is None else found.setdefault(keys, [])
             if _clashes(override, earlier):
                 raise ValueError("this score is set in an earlier line already")

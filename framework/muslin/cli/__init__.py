@@ -15,13 +15,14 @@ Commands import what they do when they run, so that `muslin --help` is instant.
 
 from muslin.cli.app import INTERRUPTED, app, main
 
-from muslin.cli import student, simulating, viewing, grading, classes, authoring, benching  # isort: skip  # noqa: RUF100  (in the order of --help)
+from muslin.cli import student, experimenting, simulating, viewing, grading, classes, authoring, benching  # isort: skip  # noqa: RUF100  (in the order of --help)
 
 __all__ = [
     "INTERRUPTED",
     "app",
     "authoring",
     "benching",
+    "experimenting",
     "classes",
     "grading",
     "main",

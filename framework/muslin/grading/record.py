@@ -135,6 +135,18 @@ class Simulation:
 
 
 @dataclass(frozen=True)
+class Answer:
+    """A written question as a person marked it, its points on top of the tasks'."""
+
+    name: str
+    title: str
+    section: str
+    score: float
+    max_score: float
+    comment: str = ""
+
+
+@dataclass(frozen=True)
 class Safety:
     """How the submission was kept apart.
 
@@ -180,6 +192,8 @@ class Record:
     timing : dict
         seconds: from the start until the hidden cases went out; tasks: by name, of the stages before. The only part
         that differs between two runs.
+    written : tuple of Answer
+        Written questions that a person has marked; a grading itself marks none.
     """
 
     assignment: Mapping[str, str]
@@ -191,11 +205,12 @@ class Record:
     tasks: tuple[TaskResult, ...]
     simulation: Simulation
     timing: Mapping[str, Any] = field(default_factory=dict)
+    written: tuple[Answer, ...] = ()
 
     @property
     def score(self) -> float:
         """Points earned."""
-        return round(sum(task.score for task in self.tasks), 2)
+        return round(sum(task.score for task in self.tasks) + sum(answer.score for answer in self.written), 2)
 
     @property
     def max_score(self) -> float:
@@ -216,6 +231,8 @@ class Record:
         data = {"schema": SCHEMA, "score": self.score, "max_score": self.max_score, **asdict(self)}
         if not timing:
             del data["timing"]
+        if not self.written:
+            del data["written"]
         return _plain(data)
 
 
@@ -249,6 +266,7 @@ def from_json(data: Mapping[str, Any]) -> Record:
             **{**simulation, "checks": tuple(check(c) for c in data["simulation"]["checks"])}
         ),
         timing=data.get("timing", {}),
+        written=tuple(Answer(**answer) for answer in data.get("written", ())),
     )
 
 

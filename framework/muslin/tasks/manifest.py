@@ -191,6 +191,16 @@ class Simulation:
 
 
 @dataclass(frozen=True)
+class Question:
+    """A question that is answered in words and marked by hand, its points on top of the tasks': `[written.NAME]`."""
+
+    name: str
+    section: str
+    title: str
+    points: int
+
+
+@dataclass(frozen=True)
 class Assignment:
     """A manifest, read."""
 
@@ -200,6 +210,7 @@ class Assignment:
     tasks: Mapping[str, Task]
     grading: Grading = Grading()
     simulation: Simulation | None = None
+    written: Mapping[str, Question] = field(default_factory=dict)
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -257,6 +268,12 @@ def _task(name: str, entry: Mapping[str, Any]) -> Task:
     return task
 
 
+def _question(name: str, entry: Mapping[str, Any], tasks: Mapping[str, Task]) -> Question:
+    if name in tasks:
+        raise MuslinError(f"A task and a written question are both called {name!r}.", "Rename the question.")
+    return Question(name, entry["section"], entry["title"], entry["points"])
+
+
 def read_assignment(folder: Path | str) -> Assignment:
     """Read the manifest in a folder.
 
@@ -276,9 +293,11 @@ def read_assignment(folder: Path | str) -> Assignment:
         tasks = {name: _task(name, entry) for name, entry in table["task"].items()}
         grading = _grading(table.get("grading", {}), path)
         simulation = _simulation(table["simulation"], path) if "simulation" in table else None
+        written = {name: _question(name, entry, tasks) for name, entry in table.get("written", {}).items()}
         return Assignment(
-            table["name"], table["title"], table["version"], MappingProxyType(tasks), grading, simulation
-        )
+            table["name"], table["title"], table["version"], MappingProxyType(tasks), grading, simulation,
+            MappingProxyType(written),
+        )  # fmt: skip
     except FileNotFoundError:
         raise MuslinError(f"There is no {MANIFEST} in {paths.shown(folder)}.") from None
     except tomllib.TOMLDecodeError as error:
