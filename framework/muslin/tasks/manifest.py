@@ -183,11 +183,14 @@ class Simulation:
         How many of its steps are held against the reference: what touches is chaotic after a while.
     parameters : mapping
         Of the scene.
+    shown : mapping
+        Parameters of whichever scene `muslin run` shows a student's functions in, unless they are set.
     """
 
     scene: str
     compared_steps: int = 30
     parameters: Mapping[str, Any] = field(default_factory=dict)
+    shown: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -312,6 +315,7 @@ def _simulation(table: Mapping[str, Any], path: Path) -> Simulation:
         sound = (
             isinstance(found.scene, str)
             and isinstance(found.parameters, Mapping)
+            and isinstance(found.shown, Mapping)
             and found.compared_steps > 0
         )
     except TypeError:
@@ -319,7 +323,7 @@ def _simulation(table: Mapping[str, Any], path: Path) -> Simulation:
     if not sound:
         raise MuslinError(
             f"The table [simulation] in {paths.shown(path)} cannot be understood.",
-            "It takes scene, compared_steps, and parameters of the scene.",
+            "It takes scene, compared_steps, parameters of the scene, and shown: those of muslin run.",
         )
     return found
 

@@ -8,6 +8,8 @@ SCENE = Scene(
     resolution=64,
     diagonals="zigzag",
     bending="quadratic",
+    contact="solve",
+    friction=0.3,
     pinned="corners",
     mu=5e6,  # a woven cotton: E = 13 MPa and nu = 1/3 in plane stress, 0.4 mm, 0.2 kg/m^2
     lam=5e6,
