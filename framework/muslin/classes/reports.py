@@ -133,7 +133,7 @@ def _made(work: dict[str, Any], draw: bool) -> dict[str, Any]:
         try:
             from muslin.grading.views import pictures
 
-            picture = _small(pictures.draw(record.simulation, (2 * SIZE[0], 2 * SIZE[1]), "draft")[0])
+            picture = _small(pictures.draw(record, (2 * SIZE[0], 2 * SIZE[1]), "draft")[0])
         except MuslinError as error:
             why = str(error)
         except Exception as error:

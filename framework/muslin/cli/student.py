@@ -206,7 +206,10 @@ def run(
         bool, typer.Option("--compare", help="Yours as it is, beside what it should be, in one film.")
     ] = False,
 ) -> None:
-    """Simulate and film a scene with your own functions; Muslin's stand in where yours are not right yet."""
+    """Simulate and film a scene with your own functions; Muslin's stand in where yours are not right yet.
+
+    Cloth meets things by your filter of S9 alone: --set contact=solve shows it with contacts that are solved for.
+    """
     from muslin.student.workspace import find
 
     workspace = find(functions)  # the likeliest trouble first: the rest takes a second to import
@@ -215,7 +218,7 @@ def run(
     from muslin.simulation import scenes
     from muslin.student import running
 
-    settings = _settings(setting, mesh=mesh, scale=scale)
+    settings = running.shown(workspace) | _settings(setting, mesh=mesh, scale=scale)
     scenes.get(scene, **settings)  # what is misspelt is said before anything else
     picture = _size(size)
     cast = running.cast(workspace, say, as_is or compare)

@@ -39,12 +39,19 @@ def view(
         typer.Option(help="A window of its own (needs Vulkan), or a page in the browser (extra `view`)."),
     ] = Backend.auto,
 ) -> None:
-    """Look at a scene while it runs: turn it, pull the cloth with the mouse, switch the sphere on and off."""
+    """Look at a scene while it runs: turn it, pull the cloth with the mouse, switch the sphere on and off.
+
+    With your functions cloth meets things as in muslin run, by your filter alone.
+    """
     from muslin import viewer
 
+    settings = _settings(setting, mesh=mesh, scale=scale)
+    if functions is not None:
+        from muslin.student import running, workspace
+
+        settings = running.shown(workspace.find(functions)) | settings
     viewer.view(
-        scene, functions, backend.value, port=port, open_page=not no_open, say=_say,
-        **_settings(setting, mesh=mesh, scale=scale),
+        scene, functions, backend.value, port=port, open_page=not no_open, say=_say, **settings
     )  # fmt: skip
 
 

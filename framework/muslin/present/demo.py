@@ -10,8 +10,8 @@ from typing import Any
 from muslin.base import paths
 from muslin.simulation import scenes
 
-#: What is shown: the drape as long as it takes to come to rest.
-SHOWN = {"steps": 240}
+#: What is shown: the drape on a sphere that stands on the floor, as long as it takes to come to rest.
+SHOWN = {"ground": -0.3, "steps": 240}
 
 #: Where the cloth goes in that time, and how deep between its vertices it sinks into the sphere [m]: known from
 #: earlier runs, for the film begins before this one has ended.

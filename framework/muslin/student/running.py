@@ -33,6 +33,12 @@ class Cast:
     wrong: tuple[str, ...] = ()
 
 
+def shown(workspace: Workspace) -> dict[str, Any]:
+    """Scene parameters that the assignment shows a student's functions with, unless they are set."""
+    made = workspace.table.simulation
+    return dict(made.shown) if made is not None else {}
+
+
 def cast(workspace: Workspace, say: Callable[[str], Any], as_is: bool = False) -> Cast:
     """Find out which functions can be used. Checks what has not been.
 

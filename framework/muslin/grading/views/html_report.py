@@ -121,7 +121,7 @@ def _pictures(record: Record, quality: str) -> dict[str, Any]:
     try:
         from muslin.grading.views import pictures  # brings Taichi, which nothing else here needs
 
-        yours, reference = pictures.draw(record.simulation, quality=quality)
+        yours, reference = pictures.draw(record, quality=quality)
     except MuslinError as error:
         return _no_pictures(capped(str(error), 500))
     except Exception as error:  # a report without pictures is better than none

@@ -10,9 +10,9 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from muslin import render
+from muslin import render, tasks
 from muslin.base.errors import MuslinError
-from muslin.grading.record import Simulation
+from muslin.grading.record import Record
 from muslin.physics.colliders import Capsule, Sphere
 from muslin.present import pictures as show
 from muslin.render import Surface, stage
@@ -23,16 +23,14 @@ from muslin.simulation.scenes import Scene
 MOST, FURTHEST = 200_000, 3.0
 
 
-def draw(
-    simulation: Simulation, size: tuple[int, int] = (640, 480), quality: str = "good"
-) -> tuple[bytes, bytes]:
+def draw(record: Record, size: tuple[int, int] = (640, 480), quality: str = "good") -> tuple[bytes, bytes]:
     """PNG pictures of the submission's cloth and of the reference.
 
     The renderer compiles and runs in this process, but all it is given is numbers that were checked.
 
     Parameters
     ----------
-    simulation : Simulation
+    record : Record
     size : (width, height)
         In pixels.
     quality : {"draft", "good", "best"}
@@ -46,6 +44,7 @@ def draw(
     MuslinError
         If there is nothing that can be drawn; the message is for the report.
     """
+    simulation = record.simulation
     if not simulation.positions or not simulation.reference_positions:
         raise MuslinError("There was no run to show.")
     triangles = _table(simulation.triangles, np.int32)
@@ -57,7 +56,10 @@ def draw(
     if not np.isfinite(yours).all():
         raise MuslinError("The cloth has blown up: its vertices are at places that are not numbers.")
 
-    scene = scenes.get(simulation.scene)
+    made = tasks.assignment(record.assignment["name"]).simulation
+    scene = scenes.get(
+        simulation.scene, **(made.parameters if made and made.scene == simulation.scene else {})
+    )
     time = simulation.reference_energies[-1][0] if simulation.reference_energies else 0.0
     bodies = [b for b in scene.colliders(scene, float(time)) if isinstance(b, (Sphere, Capsule))]
     seen = np.concatenate([reference, *(stage.collider_corners(body) for body in bodies)])
