@@ -87,6 +87,8 @@ def step(model: Model, state: State, dt: float, whole: bool = False) -> State:
     else:
         v = linear(model, state, dt, known, touching)
     following = _landed(model, state, dt, touching, v, lifted)
+    if not np.isfinite(following.x).all():  # somebody's function: there is nothing to guard any more
+        return following
     if _excess(model, state, before, following) > 0:
         following = _better(model, state, dt, touching, v, lifted, before)
     model.here = following
@@ -166,6 +168,8 @@ def _landed(
         contacts = touching.contacts(push > 0, count)
         work += touching.work(push, rub)
     x = state.x + dt * v
+    if not np.isfinite(x).all():
+        return State(x, v, state.time + dt)
     if lifted is not None:
         lifted = _free(model, x, x + lifted, np.zeros_like(x), lifted)
         model.body.update(x)
