@@ -182,7 +182,11 @@ def test_a_students_functions_are_the_elements_of_whatever_triangles_there_are()
 
 @pytest.mark.parametrize(
     "how",
-    [{"contact": "solve"}, {"integrator": "bdf2", "contact": "filter"}, {"integrator": "backward-euler", "contact": "solve"}],
+    [
+        {"contact": "solve"},
+        {"integrator": "bdf2", "contact": "filter"},
+        {"integrator": "backward-euler", "contact": "solve"},
+    ],
 )
 def test_every_way_to_take_a_step_goes_on_where_the_mesh_changes(how):
     run = muslin.simulate("drape", **DRAPE, **how)

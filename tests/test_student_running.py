@@ -110,12 +110,14 @@ def test_an_explosion_at_once_is_not_told_with_the_pictures_of_an_earlier_run(wo
 )
 def test_a_students_own_filter_is_what_stops_the_cloth(work, monkeypatch, capsys, words, contact):
     """Here it leaves the cloth where it goes: through the sphere, which contacts in the system would not let it."""
-    change(work, "collision.py", "    if d < 0:\n        v_new = v - d * n", "    if d < 0:\n        v_new = v")
+    change(
+        work, "collision.py", "    if d < 0:\n        v_new = v - d * n", "    if d < 0:\n        v_new = v"
+    )
     from muslin.simulation import scenes
 
     assert scenes.get("drape").contact == "solve"
     near = ("--set", "start_at=0,0.3,0")
-    code, out, err = run(monkeypatch, capsys, "drape", "--steps", "30", *SMALL, *near, *words, "--as-is")
+    code, _out, err = run(monkeypatch, capsys, "drape", "--steps", "30", *SMALL, *near, *words, "--as-is")
     assert code == 0, err
     assert RunFolder("runs/drape").scene.contact == contact
     assert (RunFolder("runs/drape").energies.penetration.max() > 0.03) == (contact == "filter")
