@@ -10,6 +10,8 @@ import numpy as np
 from muslin.base.errors import MuslinError
 from muslin.grading.record import FAILED, PASSED, SKIPPED, Check
 from muslin.judging.judge import Ask, Law, known
+from muslin.tasks import assignment as table_of
+from muslin.tasks.wiring import asked
 
 
 class Trouble(Exception):
@@ -28,6 +30,7 @@ def obeyed(assignment: str, ask: Ask, usable: frozenset[str]) -> tuple[Check, ..
         Tasks whose functions passed their own checks.
     """
     laws, specimen = known(assignment, "laws") or (), known(assignment, "specimen")
+    ask = asked(table_of(assignment).tasks, ask)
     together = specimen(ask) if specimen is not None else ask
     return tuple(_obeyed(law, together, usable) for law in laws)
 

@@ -203,7 +203,11 @@ def judge(assignment: str, task: str) -> Judge:
     MuslinError
         If a file of the assignment cannot be run.
     """
-    return _judge(modules(assignment), task)
+    from muslin import tasks
+    from muslin.judging.wired import wired
+
+    found, entry = _judge(modules(assignment), task), tasks.assignment(assignment).tasks.get(task)
+    return found if entry is None else wired(found, entry)
 
 
 @functools.lru_cache(maxsize=256)

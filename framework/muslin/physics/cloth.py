@@ -15,13 +15,14 @@ from muslin.physics.bending import require_model
 from muslin.physics.body import OTHERS, PARTS, Body
 from muslin.physics.roles import Roles, checked
 from muslin.tasks import Functions
+from muslin.tasks.wiring import as_called
 
 if TYPE_CHECKING:
     from muslin.mesh import Mesh
     from muslin.physics.elements.bending import Bending
     from muslin.physics.elements.element import Element, Membrane, Rest
 
-ENERGIES = ("linearised", "area", "volumetric")
+ENERGIES = ("linearised", "area", "volumetric", "green", "green-area", "neo-hookean")
 HESSIANS = ("closed", "lecture")
 
 #: Tasks behind each part of a cloth: part -> names. `hessian` is the closed road.
@@ -38,16 +39,18 @@ NEEDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     }
 )  # fmt: skip
 
-#: Tasks that only the linearised energy asks a student for.
+#: Tasks that only the energy of their assignment asks a student for.
 STRAIN_ENERGY = ("psi", "dpsi_ds", "d2psi_ds2")
 
 
-def needed(energy: str = "linearised", hessian: str = "closed") -> dict[str, tuple[str, ...]]:
-    """Tasks behind each part of a cloth with this energy, on this road to the Hessian."""
+def needed(
+    energy: str = "linearised", hessian: str = "closed", written: str = "linearised"
+) -> dict[str, tuple[str, ...]]:
+    """Tasks behind each part of a cloth with this energy, on this road to the Hessian; students write `written`."""
     chosen = {part: NEEDS[part] for part in (*PARTS, *OTHERS)}
     if hessian == "lecture":
         chosen["hessian"] = NEEDS["lecture's hessian"]
-    left = () if energy == "linearised" else STRAIN_ENERGY
+    left = () if energy == written else STRAIN_ENERGY
     return {part: tuple(name for name in names if name not in left) for part, names in chosen.items()}
 
 
@@ -67,8 +70,9 @@ class Cloth(Body):
     functions : Functions, optional
         A folder's functions, from `muslin.load`: the lecture's 3x3 element. Without them the framework's own
         3x2 element.
-    energy : {"linearised", "area", "volumetric"}
-        Energy of the stretches; only the linearised one uses the student's strain energy.
+    energy : {"linearised", "area", "volumetric", "green", "green-area", "neo-hookean"}
+        Energy of the stretches (see `muslin.physics.elements.native`); default the one that the functions' assignment asks
+        for, which alone uses the student's strain energy, and without functions the linearised one.
     hessian : {"closed", "lecture"}
         Which of the two roads to the Hessian the student's functions take.
     stand_ins : names of tasks
@@ -99,7 +103,7 @@ class Cloth(Body):
         rho: float = 1.0,
         h: float = 1.0,
         functions: Functions | None = None,
-        energy: str = "linearised",
+        energy: str = "",
         hessian: str = "closed",
         stand_ins: Iterable[str] = (),
         bending: str = "off",
@@ -107,6 +111,9 @@ class Cloth(Body):
         exact_bending: bool = True,
         lasting: bool = True,
     ):
+        functions = None if functions is None else as_called(functions)
+        written = (functions.assignment.energy if functions is not None else "") or ENERGIES[0]
+        energy = energy or written
         _check_parameters(mu, lam, rho, h, energy, hessian)
         require_model(bending, bending_stiffness)
         runtime.start()
@@ -121,7 +128,7 @@ class Cloth(Body):
         self.area, self.normal = area_and_normal(X, self.triangles)
         self.mu, self.lam, self.rho, self.h = float(mu), float(lam), float(rho), float(h)
         self.road = hessian
-        self.roles, self.needs = Roles(functions, checked(stand_ins, functions)), needed(energy, hessian)
+        self.roles, self.needs = Roles(functions, checked(stand_ins, functions)), needed(energy, hessian, written)
         _require_tasks(functions, self.needs)
         rest = Rest(X, self.triangles, self.area, self.normal)
         elements = self._elements(rest, Membrane(self.mu, self.lam, self.h, energy))

@@ -50,7 +50,7 @@ def build(
     state : State
     """
     mesh = scene.load_mesh() if mesh is None else mesh
-    body = scene.body(mesh, functions, energy or scene.ENERGIES[0], hessian, stand_ins)
+    body = scene.body(mesh, functions, energy or _energy(scene, functions), hessian, stand_ins)
     x = _start(scene, mesh) if x is None else x
     pinned = scene.pinned_vertices(mesh) if pinned is None else pinned
     carried = scene.carried
@@ -171,7 +171,8 @@ def simulate(
     mesh : path, Mesh, TetMesh or (vertices, cells), optional
         Another undeformed cloth or solid than the scene's.
     energy : str, optional
-        Of cloth linearised (the default), area or volumetric; of solids see `muslin.physics.solid.ENERGIES`.
+        Of cloth see `muslin.physics.cloth.ENERGIES`; default the one that the functions' assignment asks for, and
+        without functions the first of these, linearised. Of solids see `muslin.physics.solid.ENERGIES`.
     hessian : {"closed", "lecture"}
     stand_ins : names of tasks
         Whose functions must not be called: native code computes what needs them. `muslin.physics.stand_ins.unusable`
@@ -213,7 +214,7 @@ def simulate(
         for remark in chosen.remarks(mesh, model.pinned):
             on_notice(remark)
     shown = chosen.skin(mesh) if display is None else meshes.load(display).scaled(mesh.scale)
-    energy = energy or chosen.ENERGIES[0]
+    energy = energy or _energy(chosen, functions)
     adapter = _adapter(chosen, functions, energy, hessian, mesh, stand_ins, model, state.x)
     if out is None:
         return march(chosen, model, state, shown=shown, on_step=on_step, adapter=adapter)
@@ -225,6 +226,11 @@ def simulate(
         return opened
 
     return march(chosen, model, state, writer, shown, on_step, adapter=adapter)
+
+
+def _energy(scene: Scene, functions: Functions | None) -> str:
+    """The energy that the functions' assignment asks for, else the scene's first."""
+    return (functions.assignment.energy if functions is not None else "") or scene.ENERGIES[0]
 
 
 def _chosen(

@@ -15,6 +15,8 @@ from muslin.base.errors import MuslinError
 from muslin.judging import judge
 from muslin.judging.judge import known
 from muslin.judging.told import Told
+from muslin.tasks import manifest as tables
+from muslin.tasks.wiring import results_called, to_called, to_own
 
 Values = Mapping[str, np.ndarray]
 
@@ -208,8 +210,10 @@ def _whole(functions: Any, assignment: str, name: str, case: int) -> Iterator[st
             title, shown = next(way)
             continue
         symbol, task = title, shown[0]
-        values = {key: np.asarray(value)[None] for key, value in shown[1].items()}
-        right = told.answer(task, values)[0][0]
+        entry = functions.assignment.tasks[task]
+        values = to_own(entry, {key: np.asarray(value)[None] for key, value in shown[1].items()})
+        answers = told.answer(task, values)
+        right = answers[0][0]
         try:
             mine = evaluate(functions[task], **dict[str, Any](values))
         except MuslinError:
@@ -218,7 +222,7 @@ def _whole(functions: Any, assignment: str, name: str, case: int) -> Iterator[st
             yield from _agreeing(symbol, mine[0], right)
         if task == name:
             return
-        title, shown = way.send(right)
+        title, shown = way.send(results_called(entry, answers)[0][0])
 
 
 def _agreeing(symbol: str, mine: np.ndarray, right: np.ndarray) -> Iterator[str]:
@@ -240,16 +244,18 @@ def example(assignment: str, case: int) -> Any:
     from muslin.judging import reference
 
     made = known(assignment, "example")
-    return made(lambda task: reference.cases(assignment, task)[0], case) if made is not None else None
+    table = tables.assignment(assignment).tasks
+    cases = lambda task: to_called(table[task], reference.cases(assignment, task)[0])  # noqa: E731
+    return made(cases, case) if made is not None else None
 
 
 def record(assignment: str) -> dict[str, np.ndarray]:
     """The right answers that the example asks for in every case, by key."""
-    from muslin import tasks
     from muslin.judging import reference
 
     found: dict[str, np.ndarray] = {}
-    counts = [len(reference.cases(assignment, name)[1][0]) for name in tasks.assignment(assignment).tasks]
+    table = tables.assignment(assignment).tasks
+    counts = [len(reference.cases(assignment, name)[1][0]) for name in table]
     for case in range(max(counts)) if known(assignment, "example") is not None else ():
         told, way = Told(assignment, f"explain {case}", found), example(assignment, case)
         item = next(way)
@@ -257,8 +263,9 @@ def record(assignment: str) -> dict[str, np.ndarray]:
             asked = None
             if not isinstance(item[1], dict):
                 task, given = item[1]
-                values = {key: np.asarray(value)[None] for key, value in given.items()}
-                asked = told.answer(task, values)[0][0]
+                entry = table[task]
+                values = to_own(entry, {key: np.asarray(value)[None] for key, value in given.items()})
+                asked = results_called(entry, told.answer(task, values))[0][0]
             try:
                 item = way.send(asked)
             except StopIteration:

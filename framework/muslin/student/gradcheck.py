@@ -18,6 +18,8 @@ from muslin.base.errors import MuslinError
 from muslin.judging import Derivative, Line, judge
 from muslin.judging.differences import CASES
 from muslin.judging.told import Told
+from muslin.tasks import manifest as tables
+from muslin.tasks.wiring import results_called, to_called, to_own
 
 Array = np.ndarray
 
@@ -47,6 +49,8 @@ class Curve:
 class Inputs:
     """Public cases, and functions: the student's where they are right, else the truth.
 
+    Asked, and answering, as Muslin would call the functions, whatever the assignment's own convention.
+
     Parameters
     ----------
     functions : Functions, optional
@@ -58,6 +62,7 @@ class Inputs:
 
     def __init__(self, functions: Any, assignment: str, told: Told):
         self.functions, self.assignment, self.told = functions, assignment, told
+        self.table = tables.assignment(assignment).tasks
         self.whose: dict[str, str] = {}
         self.rng = np.random.default_rng(1)
 
@@ -65,7 +70,7 @@ class Inputs:
         """Inputs of a task's public cases."""
         from muslin.judging import reference
 
-        return reference.cases(self.assignment, task)[0]
+        return to_called(self.table[task], reference.cases(self.assignment, task)[0])
 
     def yours(self, task: str, **values: Array) -> Array:
         """The student's answer."""
@@ -77,19 +82,27 @@ class Inputs:
     def _evaluated(self, task: str, values: dict[str, Array]) -> Array:
         from muslin.tasks.batch import evaluate
 
-        return np.asarray(evaluate(self.functions[task], **dict[str, Any](values)), dtype=float)
+        entry = self.table[task]
+        found = evaluate(self.functions[task], **dict[str, Any](to_own(entry, values)))
+        return np.asarray(results_called(entry, (found,))[0], dtype=float)
+
+    def _told(self, task: str, values: dict[str, Array]) -> Array:
+        entry = self.table[task]
+        return results_called(entry, self.told.answer(task, to_own(entry, values)))[0].astype(float)
 
     def true(self, task: str, **values: Array) -> Array:
         """The right answer."""
-        return self.told.answer(task, values)[0].astype(float)
+        return self._told(task, values)
 
     def best(self, task: str, **values: Array) -> Array:
         """The student's answer if that function passes the public cases, else the right one."""
         if task not in self.whose:
             self.whose[task] = "your" if self._right(task) else "Muslin's"
         own = self.whose[task] == "your"
-        right = self.told.answer(task, values, wanted=not own)
-        return self._evaluated(task, values) if own else right[0].astype(float)
+        if own:
+            self.told.answer(task, values, wanted=False)
+            return self._evaluated(task, values)
+        return self._told(task, values)
 
     def _right(self, task: str) -> bool:
         from muslin.judging import reference

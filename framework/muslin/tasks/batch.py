@@ -89,7 +89,7 @@ def run(kernel: Callable[..., None], function: Callable[..., Any], *arguments: A
     except MuslinError:
         raise
     except Exception as error:
-        raise explained(error, function) from None
+        raise explained(error, getattr(function, "written", function)) from None
 
 
 def _given(function: Callable[..., Any]) -> tuple[tuple[str, ...] | None, tuple[str, ...] | None]:

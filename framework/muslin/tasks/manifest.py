@@ -19,6 +19,7 @@ from typing import Any
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
 from muslin.base.text import one_line
+from muslin.tasks.wiring import Wiring
 
 MANIFEST = "assignment.toml"
 
@@ -120,6 +121,8 @@ class Task:
         Arrays of a case that the function does not see, but the functions it takes are built from.
     builder : str
         File of the assignment with a function of the task's name that builds them: arrays by name -> functions by name.
+    called : Wiring
+        How Muslin calls the function, where it is otherwise than the assignment asks for.
     """
 
     name: str
@@ -134,6 +137,7 @@ class Task:
     language: str = "taichi"
     problem: tuple[Value, ...] = ()
     builder: str = ""
+    called: Wiring | None = None
 
     @property
     def inputs(self) -> tuple[Value, ...]:
@@ -214,6 +218,7 @@ class Assignment:
     grading: Grading = Grading()
     simulation: Simulation | None = None
     written: Mapping[str, Question] = field(default_factory=dict)
+    energy: str = ""  # which of a body's energies its functions write; default the body's first
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -258,6 +263,7 @@ def _task(name: str, entry: Mapping[str, Any]) -> Task:
         language=entry.get("language", "taichi"),
         problem=_values(entry.get("problem", {})),
         builder=entry.get("builder", ""),
+        called=_wiring(entry["called"]) if "called" in entry else None,
     )
     if task.language not in LANGUAGES:
         raise MuslinError(
@@ -275,6 +281,11 @@ def _question(name: str, entry: Mapping[str, Any], tasks: Mapping[str, Task]) ->
     if name in tasks:
         raise MuslinError(f"A task and a written question are both called {name!r}.", "Rename the question.")
     return Question(name, entry["section"], entry["title"], entry["points"])
+
+
+def _wiring(entry: Mapping[str, Any]) -> Wiring:
+    expressions = {name: entry.get(name, {}) for name in ("give", "take", "back", "send")}
+    return Wiring(_values(entry["arguments"]), _values(entry["results"]), **expressions)
 
 
 def read_assignment(folder: Path | str) -> Assignment:
@@ -297,10 +308,9 @@ def read_assignment(folder: Path | str) -> Assignment:
         grading = _grading(table.get("grading", {}), path)
         simulation = _simulation(table["simulation"], path) if "simulation" in table else None
         written = {name: _question(name, entry, tasks) for name, entry in table.get("written", {}).items()}
-        return Assignment(
-            table["name"], table["title"], table["version"], MappingProxyType(tasks), grading, simulation,
-            MappingProxyType(written),
-        )  # fmt: skip
+        named, questions = (table["name"], table["title"], table["version"]), MappingProxyType(written)
+        energy = table.get("energy", "")
+        return Assignment(*named, MappingProxyType(tasks), grading, simulation, questions, energy)
     except FileNotFoundError:
         raise MuslinError(f"There is no {MANIFEST} in {paths.shown(folder)}.") from None
     except tomllib.TOMLDecodeError as error:

@@ -48,6 +48,26 @@ def polar(x0, x1, x2, g1, g2):
     return r0, r1, n, ti.Vector([c * length, c * m11 - d * m01, -d * length]), trace, length * m11
 
 
+@ti.func
+def principal(S, trace, area):
+    """Stretches s_0 >= s_1 of S = [[a, c], [c, b]] as `polar` gives it, and its eigenvector v_0 = (c, d)."""
+    half = (S[0] - S[1]) / 2
+    radius = ti.sqrt(half * half + S[2] * S[2])
+    s0 = trace / 2 + radius
+    s1 = area / ti.max(s0, COLLAPSED)
+    c, d = 1.0, 0.0
+    if radius > 0:
+        if half >= 0:
+            c, d = radius + half, S[2]
+        else:
+            c, d = ti.abs(S[2]), radius - half
+            if S[2] < 0:
+                d = -d
+        length = ti.sqrt(c * c + d * d)
+        c, d = c / length, d / length
+    return s0, s1, c, d
+
+
 @functools.cache
 def element(serial: bool):
     """Kernel of the parts in `orders[0]`, as bits, of every triangle; `orders[1]` says whether to project."""
@@ -87,20 +107,7 @@ def element(serial: bool):
                 gradient[3 * e + 1] = g1[0] * p0 + g1[1] * p1
                 gradient[3 * e + 2] = g2[0] * p0 + g2[1] * p1
             if orders[0] & 4:
-                half = (S[0] - S[1]) / 2
-                radius = ti.sqrt(half * half + S[2] * S[2])
-                s0 = trace / 2 + radius
-                s1 = area / ti.max(s0, COLLAPSED)
-                c, d = 1.0, 0.0  # v_0 = (c, d), an eigenvector of S
-                if radius > 0:
-                    if half >= 0:
-                        c, d = radius + half, S[2]
-                    else:
-                        c, d = ti.abs(S[2]), radius - half
-                        if S[2] < 0:
-                            d = -d
-                    length = ti.sqrt(c * c + d * d)
-                    c, d = c / length, d / length
+                s0, s1, c, d = principal(S, trace, area)
                 U = ti.Matrix.cols([c * r0 + d * r1, c * r1 - d * r0, n])
                 # modes of 2 mu (F - R) + lam_trace (tr S - 2) R + lam_area (J - 1) dJ/dF, simplified by hand
                 pull = tension - 2 * mu
@@ -120,6 +127,70 @@ def element(serial: bool):
                     2 * mu + 2 * pull / ti.max(trace, COLLAPSED) + pressure,
                     2 * mu + pull / d0 + pressure * s1 / d0,
                     2 * mu + pull / d1 + pressure * s0 / d1,
+                    weight[e],
+                    orders[1],
+                )
+
+    return kernel
+
+
+@functools.cache
+def of_invariants(serial: bool):
+    """As `element`, of the energies mu/2 (s_0 - s_1)^2 + a/2 (I - 2)^2 + b/2 (J - 1)^2 (see `native.INVARIANTS`)."""
+
+    @ti.kernel
+    def kernel(
+        orders: integers,
+        x: vec3s,
+        triangles: index3,
+        g: vec3s,
+        weight: scalars,
+        mu: REAL,
+        a: REAL,
+        b: REAL,
+        energy: scalars,
+        gradient: vec3s,
+        row: rows,
+    ):
+        ti.loop_config(serialize=serial)
+        for e in range(triangles.shape[0]):
+            t = triangles[e]
+            g0, g1, g2 = g[3 * e], g[3 * e + 1], g[3 * e + 2]
+            r0, r1, n, S, trace, J = polar(x[t[0]], x[t[1]], x[t[2]], g1, g2)
+            apart = (S[0] - S[1]) ** 2 + 4 * S[2] ** 2  # (s_0 - s_1)^2
+            # I - 2 without cancellation
+            longer = (S[0] - 1) * (S[0] + 1) + (S[1] - 1) * (S[1] + 1) + 2 * S[2] ** 2
+            along, size = mu / 2 + a * longer, b * (J - 1) - mu  # the derivatives of psi in I and J
+            if orders[0] & 1:
+                energy[e] = weight[e] * (mu / 2 * apart + a / 2 * longer**2 + b / 2 * (J - 1) ** 2)
+            if orders[0] & 2:
+                # P = R T with T = 2 psi_I S + psi_J adj(S)
+                T00, T11 = 2 * along * S[0] + size * S[1], 2 * along * S[1] + size * S[0]
+                T01 = (2 * along - size) * S[2]
+                p0, p1 = weight[e] * (T00 * r0 + T01 * r1), weight[e] * (T01 * r0 + T11 * r1)
+                gradient[3 * e] = g0[0] * p0 + g0[1] * p1
+                gradient[3 * e + 1] = g1[0] * p0 + g1[1] * p1
+                gradient[3 * e + 2] = g2[0] * p0 + g2[1] * p1
+            if orders[0] & 4:
+                s0, s1, c, d = principal(S, trace, J)
+                modes.store(
+                    row,
+                    e,
+                    ti.Matrix.cols([c * r0 + d * r1, c * r1 - d * r0, n]),
+                    ti.Vector([c * g0[0] + d * g0[1], c * g0[1] - d * g0[0]]),
+                    ti.Vector([c * g1[0] + d * g1[1], c * g1[1] - d * g1[0]]),
+                    ti.Vector([c * g2[0] + d * g2[1], c * g2[1] - d * g2[0]]),
+                    ti.Vector(
+                        [
+                            2 * along + 4 * a * s0 * s0 + b * s1 * s1,
+                            2 * along + 4 * a * s1 * s1 + b * s0 * s0,
+                            size + 4 * a * J + b * J,
+                        ]
+                    ),
+                    2 * along - size,
+                    2 * along + size,
+                    2 * along + size * s1 / ti.max(s0, COLLAPSED),
+                    2 * along + size * s0 / ti.max(s1, COLLAPSED),
                     weight[e],
                     orders[1],
                 )

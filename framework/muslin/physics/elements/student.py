@@ -11,7 +11,7 @@ from types import SimpleNamespace
 import numpy as np
 
 from muslin.base import runtime
-from muslin.base.errors import SimulationError
+from muslin.base.errors import MuslinError, SimulationError
 from muslin.base.launch import Launch, is_small
 from muslin.physics.elements import lecture, modes
 from muslin.physics.elements.calling import CallingElement
@@ -148,10 +148,14 @@ class StudentElement(CallingElement):
 
 
 def _with_energy(functions: Functions, energy: str) -> SimpleNamespace:
-    """Functions by name, those of the stretches exchanged for the framework's own where the energy is its own."""
+    """Functions by name, those of the stretches exchanged for the framework's own where they write another energy."""
     f = SimpleNamespace(**{function.task.name: function for function in functions})  # type: ignore[attr-defined]
-    f.flip = FLIPS.get(energy)
-    own = ENERGIES[energy]
-    if own is not None:
-        f.psi, f.dpsi_ds, f.d2psi_ds2 = own
+    f.flip = None
+    written = functions.assignment.energy or "linearised"
+    if energy != written:
+        if energy not in ENERGIES:
+            known = ", ".join([written, *ENERGIES])
+            raise MuslinError(f"With these functions there is no energy {energy!r}.", f"There is: {known}.")
+        f.psi, f.dpsi_ds, f.d2psi_ds2 = ENERGIES[energy]
+        f.flip = FLIPS[energy]
     return f

@@ -16,6 +16,7 @@ from muslin.base.errors import MuslinError, choices
 from muslin.mesh import Mesh, TetMesh
 from muslin.physics.bending import require_model
 from muslin.physics.body import Body
+from muslin.physics.cloth import ENERGIES
 from muslin.physics.colliders import CONTACT, Collider, Plane, Sphere
 from muslin.physics.material import PLANES, lame
 from muslin.physics.selfcontact import SELF_COLLISION
@@ -144,7 +145,7 @@ class Scene:
     )
 
     #: The energies a body of the scene may have; the first is the default.
-    ENERGIES: ClassVar[tuple[str, ...]] = ("linearised", "area", "volumetric")
+    ENERGIES: ClassVar[tuple[str, ...]] = ENERGIES
 
     #: What it is made of.
     MESH: ClassVar[type[Mesh] | type[TetMesh]] = Mesh
