@@ -187,7 +187,9 @@ def files(tables: Tables, name: str, choice: Choice) -> dict[str, bytes]:
         relative = path.relative_to(tables.source)
         if path.is_file() and not {FOLDER, "roads", "__pycache__"} & set(relative.parts):
             texts[relative.as_posix()] = path.read_bytes()
-    written = {file: text.decode("utf-8") for file, text in texts.items() if file.endswith((".py", ".md", ".toml"))}
+    written = {
+        file: text.decode("utf-8") for file, text in texts.items() if file.endswith((".py", ".md", ".toml"))
+    }
     written = {file: text.replace("\r\n", "\n") for file, text in written.items()}
     for changes, look_up in _changes(tables, choice):
         for file, each in changes.items():
@@ -286,7 +288,8 @@ def _wires(tables: Tables, choice: Choice) -> dict[str, dict[str, dict[str, str]
     each = [tables.conventions[name]["wire"] for name in tables.conventions if name in choice.conventions]
     if choice.parameters != tables.parameters["published"]:
         entry = tables.parameters["parameters"][choice.parameters]
-        each.append(dict.fromkeys(tables.parameters["tasks"], {k: entry[k] for k in ("give", "back")}))
+        wire = {kind: entry[kind] for kind in ("give", "back")}
+        each.append({task: wire for task in tables.parameters["tasks"]})
     for wire in each:
         for task, expressions in wire.items():
             for kind, further in expressions.items():
@@ -300,7 +303,7 @@ def _wires(tables: Tables, choice: Choice) -> dict[str, dict[str, dict[str, str]
 def _manifest(
     text: str, base: Assignment, name: str, wires: Mapping[str, Mapping[str, Mapping[str, str]]]
 ) -> str:
-    text = text.replace(f"# The task table of the {base.name} assignment:", f"# The task table of {name}:")
+    text = text.replace(f"of the {base.name} assignment:", f"of the {name} assignment:")
     text = text.replace(f'name = "{base.name}"\n', f'name = "{name}"\n', 1)
     lines = ["", "# How Muslin calls the functions that it has another convention for (muslin.tasks.wiring)."]
     for task, wire in wires.items():
@@ -319,19 +322,27 @@ def _inline(entries: Iterable[tuple[str, str]]) -> str:
     return "{ " + ", ".join(f"{name} = {json.dumps(text)}" for name, text in entries) + " }"
 
 
-def named(tables: Tables, energy: str, parameters: str, conventions: Iterable[str]) -> Choice:
-    """A choice by the names of its parts.
+def picked(tables: Tables, names: Iterable[str]) -> Choice:
+    """A choice by the names of its parts; what is not named is as it was published.
 
     Raises
     ------
     MuslinError
-        If there is no such part.
+        If there is no such part, or two energies or parameters are named.
     """
-    for name, known in (
-        (energy, tables.energies["energies"]),
-        (parameters, tables.parameters["parameters"]),
-        *((name, tables.conventions) for name in conventions),
-    ):
-        if name not in known:
-            raise MuslinError(f"There is no choice {name!r}.", choices(name, list(known)))
-    return Choice(energy, parameters, tuple(sorted(conventions)))
+    one = {"energy": dict(tables.energies["energies"]), "parameters": dict(tables.parameters["parameters"])}
+    found = {"energy": tables.energies["published"], "parameters": tables.parameters["published"]}
+    conventions, named = [], set()
+    for name in names:
+        kind = next((kind for kind, known in one.items() if name in known), None)
+        if kind is None and name not in tables.conventions:
+            every = [*one["energy"], *one["parameters"], *tables.conventions]
+            raise MuslinError(f"There is no {name!r} to pick.", choices(name, every))
+        if kind in named:
+            raise MuslinError(f"Pick one of these: {', '.join(one[str(kind)])}.")
+        if kind is None:
+            conventions.append(name)
+        else:
+            named.add(kind)
+            found[kind] = name
+    return Choice(found["energy"], found["parameters"], tuple(sorted(set(conventions))))

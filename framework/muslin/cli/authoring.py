@@ -9,6 +9,7 @@ from typing import Annotated, Any
 import typer
 
 from muslin.base import paths
+from muslin.base.errors import MuslinError
 from muslin.cli.app import Group, Out, app
 from muslin.cli.console import say
 
@@ -86,12 +87,38 @@ def release(
     check: Annotated[
         bool, typer.Option("--check", help="Only say whether the released files are in step.")
     ] = False,
+    variant: Annotated[
+        str | None, typer.Option(help="Write a term's own variant of the assignment, of this name.")
+    ] = None,
+    seed: Annotated[
+        str | None,
+        typer.Option(help="Words that a variant is drawn from, with its public cases: your secret."),
+    ] = None,
+    pick: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="An energy, parameters or a convention of a variant, instead of those drawn; repeat it."
+        ),
+    ] = None,
     out: Out = None,
 ) -> None:
-    """Make the students' files from the solution: stubs, handout, task table."""
+    """Make the students' files from the solution: stubs, handout, task table.
+
+    With --variant and --seed, first make the solution of an assignment of your own: another energy of the stretches
+    (linearised, St. Venant-Kirchhoff, Green's strains with the area, Neo-Hooke), other parameters (mu and lam, E and
+    nu, mu and kappa, halves), other conventions (rows or columns, signs of the normals, nominal stress, V transposed,
+    order of results, thickness inside). Of these at least so many that the published solution gets at most half of
+    the points.
+    """
     from muslin.authoring import release as releasing
 
-    if check:
+    if variant is not None:
+        if check or out is not None:
+            raise MuslinError("A variant is written to a folder of its own.", "Leave --check and --out away.")
+        _write_variant(assignment, variant, seed or "", pick or [])
+    elif seed is not None or pick:
+        raise MuslinError("--seed and --pick belong to a variant.", "Add --variant NAME.")
+    elif check:
         findings = releasing.out_of_step(assignment)
         for finding in findings:
             say(finding)
@@ -101,6 +128,18 @@ def release(
     else:
         written = releasing.release(assignment, out)
         say(f"Wrote {len(written)} files to {paths.shown(out or paths.assignment(assignment))}.")
+
+
+def _write_variant(assignment: str, name: str, seed: str, pick: list[str]) -> None:
+    from muslin.authoring import variants
+
+    tables = variants.Tables(assignment)
+    choice = variants.picked(tables, pick) if pick else None
+    for line in variants.write(assignment, name, seed, choice):
+        say(line)
+    kept = tables.kept(variants.chosen(name) or variants.draw(tables, seed))
+    say(f"The published solution of {assignment} still solves tasks of {kept} points in it.")
+    say(f"Now: muslin pack students --assignment {name}")
 
 
 class Platform(str, Enum):

@@ -224,6 +224,7 @@ def run(
     cast = running.cast(workspace, say, as_is or compare)
     folder = out or workspace.folder / "runs" / scene
     options: dict[str, Any] = {"steps": steps, "display": running.mesh(display), **settings}
+    options["energy"] = workspace.table.energy or None
     with progress(f"simulating {scene}") as tick:
         came = running.simulate(workspace, cast, scene, folder, tick, on_notice=note, **options)
     say("\n".join(running.told(cast, came.uses)))

@@ -15,7 +15,7 @@ import numpy as np
 from muslin.judging import exact
 from muslin.judging.judge import Case, Judge, Mistake, Property
 from muslin.tasks import Task
-from muslin.tasks.wiring import one, results_called, results_own, to_called, to_own
+from muslin.tasks.wiring import one, results_called, to_called, to_own
 
 
 def wired(known: Judge, task: Task) -> Judge:
@@ -103,6 +103,3 @@ def _mistake(mistake: Mistake, known: Judge, task: Task) -> Mistake:
         return tuple(carried(called.send, called.results, task.results, array) for array in arrays)
 
     return replace(mistake, makes=makes)
-
-
-__all__ = ["results_own", "wired"]

@@ -45,11 +45,14 @@ class Alone(ABC):
         Undeformed corners [m].
     mu, lam : float
         Lamé parameters [Pa].
+    energy : str
+        Of a triangle, see `muslin.physics.cloth.Cloth`.
     """
 
     X: np.ndarray
     mu: float = 1.0
     lam: float = 1.0
+    energy: str = ""
 
     @abstractmethod
     def body(
@@ -149,7 +152,7 @@ class Triangle(Alone):
     ) -> Body:
         """The triangle as a cloth."""
         corners = np.array([[0, 1, 2]])
-        made_of: dict[str, Any] = {"mu": self.mu, "lam": self.lam, "h": self.h}
+        made_of: dict[str, Any] = {"mu": self.mu, "lam": self.lam, "h": self.h, "energy": self.energy}
         return Cloth((self.X, corners), functions=functions, hessian=road, stand_ins=stand_ins, **made_of)
 
     def known(self, x: np.ndarray) -> dict[str, np.ndarray]:
@@ -222,17 +225,17 @@ def _rows(values: Mapping[str, Any]) -> dict[str, np.ndarray]:
     return {name: np.asarray(value, dtype=np.float64)[None] for name, value in values.items()}
 
 
-def triangle(**material: float) -> Triangle:
+def triangle(mu: float = 1.0, lam: float = 1.0) -> Triangle:
     """An equilateral triangle with edges of a metre, its middle in the origin, upright."""
     angle = np.pi / 2 + np.arange(3) * 2 * np.pi / 3
     X = np.stack([np.cos(angle), np.sin(angle), np.zeros(3)], axis=1) / np.sqrt(3)
-    return Triangle(X, **material)
+    return Triangle(X, mu, lam)
 
 
-def tetrahedron(**material: float) -> Tetrahedron:
+def tetrahedron(mu: float = 1.0, lam: float = 1.0) -> Tetrahedron:
     """A regular tetrahedron with edges of a metre, its middle in the origin."""
     X = np.array([[1, 1, 1], [-1, 1, -1], [1, -1, -1], [-1, -1, 1]], dtype=float) / np.sqrt(8)
-    made = Tetrahedron(X, **material)
+    made = Tetrahedron(X, mu, lam)
     return made if made.size > 0 else replace(made, X=X[[0, 2, 1, 3]])
 
 

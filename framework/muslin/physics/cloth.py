@@ -71,8 +71,8 @@ class Cloth(Body):
         A folder's functions, from `muslin.load`: the lecture's 3x3 element. Without them the framework's own
         3x2 element.
     energy : {"linearised", "area", "volumetric", "green", "green-area", "neo-hookean"}
-        Energy of the stretches (see `muslin.physics.elements.native`); default the one that the functions' assignment asks
-        for, which alone uses the student's strain energy, and without functions the linearised one.
+        Energy of the stretches (see `muslin.physics.elements.native`). The default is the one that the functions'
+        assignment asks for, which alone uses the student's strain energy; without functions the linearised one.
     hessian : {"closed", "lecture"}
         Which of the two roads to the Hessian the student's functions take.
     stand_ins : names of tasks
@@ -128,7 +128,10 @@ class Cloth(Body):
         self.area, self.normal = area_and_normal(X, self.triangles)
         self.mu, self.lam, self.rho, self.h = float(mu), float(lam), float(rho), float(h)
         self.road = hessian
-        self.roles, self.needs = Roles(functions, checked(stand_ins, functions)), needed(energy, hessian, written)
+        self.roles, self.needs = (
+            Roles(functions, checked(stand_ins, functions)),
+            needed(energy, hessian, written),
+        )
         _require_tasks(functions, self.needs)
         rest = Rest(X, self.triangles, self.area, self.normal)
         elements = self._elements(rest, Membrane(self.mu, self.lam, self.h, energy))

@@ -1,8 +1,8 @@
 """The energies of the stretches a student does not write.
 
-The linearised energy is the student's (`strain_energy.py`), or another one in a variant of the assignment, which only
-the framework's own element knows (`elements.native`), in another form than is asked for. The area and the volumetric energy of the lecture
-live here with the same three functions; `ENERGIES` names them.
+The linearised energy is the student's (`strain_energy.py`); in a variant of the assignment it is another one, which
+only the framework's own element knows (`elements.native`), in another form than is asked for. The area and the
+volumetric energy of the lecture live here with the same three functions; `ENERGIES` names them.
 """
 
 from muslin.base.engine import ti

@@ -16,7 +16,7 @@ from muslin.judging import judge
 from muslin.judging.judge import known
 from muslin.judging.told import Told
 from muslin.tasks import manifest as tables
-from muslin.tasks.wiring import results_called, to_called, to_own
+from muslin.tasks.wiring import case_called, results_called, to_called, to_own
 
 Values = Mapping[str, np.ndarray]
 
@@ -93,7 +93,7 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
         if not verdict.ok:
             yield from (f"  look: {note}" for note in reading.told(functions[name]))
             made, _ = alone.CELLS[alone.of_assignment(table.tasks)]
-            if made().case(here) is not None:
+            if made().case(case_called(task, here)) is not None:
                 yield f"Pull at it in the browser: muslin play --case {name}:{case}"
     yield from _whole(functions, assignment, name, case)
 

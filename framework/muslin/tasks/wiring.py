@@ -136,6 +136,12 @@ def to_called(task: Task, own: Mapping[str, np.ndarray]) -> Arrays:
     return dict(own) if task.called is None else _batch(task.called.back, task.called.arguments, own)
 
 
+def case_called(task: Task, own: Mapping[str, Any]) -> dict[str, Any]:
+    """Inputs of one case as Muslin has them."""
+    names = [value.name for value in task.called.arguments] if task.called is not None else ()
+    return one(task.called.back, names, own) if task.called is not None else dict(own)
+
+
 def results_own(task: Task, called: Iterable[np.ndarray]) -> tuple[np.ndarray, ...]:
     """Results (b, ...) of a task's function, from those Muslin has."""
     if task.called is None:

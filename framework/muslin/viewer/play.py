@@ -6,7 +6,7 @@ No window is needed for a `Play`; `play_page` is its face in a browser.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +20,7 @@ from muslin.physics.body import Body
 from muslin.physics.roles import unusable
 from muslin.tasks import Functions, load
 from muslin.tasks.following import follow
+from muslin.tasks.wiring import as_called, case_called
 
 #: Share of a quantity's size from which on two values are said to be apart.
 APART = 1e-9
@@ -72,7 +73,9 @@ class Play:
 
     def __init__(self, cell: Alone, functions: Functions | None = None):
         self.functions = functions
-        self.take(cell, cell.X)
+        self._called = as_called(functions) if functions is not None else None
+        energy = functions.assignment.energy if functions is not None else ""
+        self.take(replace(cell, energy=energy), cell.X)
 
     def take(self, cell: Alone, x: np.ndarray) -> None:
         """Another cell, or another place for its corners."""
@@ -80,7 +83,7 @@ class Play:
         self._native = cell.body()
         self._own: Body | None = None
         if self.functions is not None:
-            self._own = cell.body(self.functions, unusable(self.functions))
+            self._own = cell.body(self._called, unusable(self.functions))
         self.move(x)
 
     def move(self, x: np.ndarray) -> None:
@@ -111,9 +114,9 @@ class Play:
             return Row(symbol, unit, meaning, task, mine, beside, trouble, scales.get(symbol, 1.0))
 
         self.rows, own = [], dict[str, np.ndarray]()
-        if self.functions is not None:
+        if self._called is not None:
             instead = {symbol: known[symbol][None] for symbol in ("F", "P")}
-            calls, own = follow(self.functions, cell.known(x), cell.following, instead)
+            calls, own = follow(self._called, cell.known(x), cell.following, instead)
             for call in calls:
                 for k, value in enumerate(call.task.results):
                     mine = _plain(call.results[k]) if call.results else None
@@ -170,7 +173,8 @@ class Play:
         inputs, expected = cases(table.name, task)
         if not 0 <= number < len(expected[0]):
             raise MuslinError(f"{task} has public cases 0 to {len(expected[0]) - 1}, not {number}.")
-        found = self.cell.case({name: value[number] for name, value in inputs.items()})
+        own = {name: value[number] for name, value in inputs.items()}
+        found = self.cell.case(case_called(table.tasks[task], own))
         if found is None:
             raise MuslinError(f"A case of {task} is about no triangle or tetrahedron that could be shown.")
         self.take(*found)
@@ -183,8 +187,10 @@ class Play:
         for verdict in check(self.functions, list(self.functions.assignment.tasks)):
             if verdict.ok or verdict.case is None:
                 continue
-            inputs, _ = cases(self.functions.assignment.name, verdict.task)
-            if self.cell.case({name: value[verdict.case] for name, value in inputs.items()}) is not None:
+            table = self.functions.assignment
+            inputs, _ = cases(table.name, verdict.task)
+            own = {name: value[verdict.case] for name, value in inputs.items()}
+            if self.cell.case(case_called(table.tasks[verdict.task], own)) is not None:
                 found.append((verdict.task, verdict.case))
         return found
 

@@ -165,5 +165,3 @@ properties_d2psi_ds2 = (
 def _linearised(a: Given) -> np.ndarray:
     mu, lam = a["mu"][:, None, None], a["lam"][:, None, None]
     return 2 * mu * np.eye(2) + lam * np.ones((2, 2))
-
-

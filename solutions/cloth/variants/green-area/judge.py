@@ -54,5 +54,3 @@ WRONG = (
         lambda s, mu, lam: _both(s, mu / 2, lam, _green, _area),
     ),
 )
-
-

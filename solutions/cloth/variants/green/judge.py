@@ -50,5 +50,3 @@ WRONG = (
         lambda s, mu, lam: _summed(_green(s), mu / 2, lam),
     ),
 )
-
-

@@ -46,5 +46,3 @@ WRONG = (
         lambda s, mu, lam: mu / 2 * (s[0] ** 2 - s[1] ** 2) + (lam + mu) / 2 * (s[0] * s[1] - 1) ** 2,
     ),
 )
-
-

@@ -1,0 +1,180 @@
+"""Variants of an assignment: another energy, other parameters and conventions, and everything follows."""
+
+import re
+
+import numpy as np
+import pytest
+
+import muslin
+from muslin import tasks
+from muslin.authoring import variants
+from muslin.base import paths
+from muslin.base.errors import MuslinError
+from muslin.grading import laws
+from muslin.judging import cases, judge, properties
+from muslin.mesh import grid
+from muslin.tasks import wiring
+from muslin.tasks.batch import evaluate
+from muslin.tasks.comparing import compare
+
+SEEDS = [f"autumn {k}" for k in range(40)]
+
+
+@pytest.fixture(scope="module")
+def tables():
+    return variants.Tables("cloth")
+
+
+@pytest.fixture(scope="module")
+def course(tmp_path_factory):
+    """A course of two variants: one with every convention at once, one that is drawn."""
+    folder = tmp_path_factory.mktemp("course")
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv(paths.COURSE, str(folder))
+        tables = variants.Tables("cloth")
+        every = variants.Choice("green", "young", tuple(sorted(tables.conventions)))
+        for line in (
+            *variants.write("cloth", "all-at-once", "a seed", every, data=False),
+            *variants.write("cloth", "drawn", SEEDS[2], data=False),
+        ):
+            assert line
+        yield folder
+
+
+BOTH = ["all-at-once", "drawn"]
+
+
+def answers(functions, name, inputs):
+    got = evaluate(functions[name], **inputs)
+    return got if isinstance(got, tuple) else (got,)
+
+
+def right_on(assignment, functions, name, count=6):
+    """Whether a function agrees with what is true of a task of an assignment."""
+    task, known = tasks.assignment(assignment).tasks[name], judge(assignment, name)
+    inputs = cases.draw_inputs(assignment, name, "hidden", count)
+    try:
+        got = answers(functions, name, inputs)
+    except MuslinError:
+        return False
+    return compare(task, got, cases.truth(assignment, name, inputs), inputs, known.terms).ok
+
+
+def test_of_every_choice_what_it_changes_is_there_to_be_changed(tables):
+    names = list(tables.conventions)
+    for energy in tables.energies["energies"]:
+        for parameters in tables.parameters["parameters"]:
+            for conventions in ((), *((name,) for name in names), tuple(names)):
+                variants.files(tables, "x", variants.Choice(energy, parameters, conventions))
+
+
+def test_without_a_choice_all_files_are_the_published_ones(tables):
+    made = variants.files(tables, "cloth", variants.Choice("linearised", "lame", ()))
+    del made[variants.RECORD]
+    assert made == {name: (tables.source / name).read_bytes() for name in made}
+
+
+def test_seeds_draw_variants_that_differ_and_that_the_published_solution_solves_half_of_at_most(tables):
+    drawn = [variants.draw(tables, seed) for seed in SEEDS]
+    assert [variants.draw(tables, seed) for seed in SEEDS] == drawn
+    assert max(tables.kept(choice) for choice in drawn) <= 50
+    apart = [a.differences(b) for k, a in enumerate(drawn[:10]) for b in drawn[:k]]
+    assert min(apart) >= 2
+
+
+@pytest.mark.parametrize("name", BOTH)
+def test_a_variants_own_solution_is_right_and_the_published_one_where_nothing_differs(course, tables, name):
+    table, choice = tasks.assignment(name), variants.chosen(name)
+    own = muslin.load(paths.solution(name))
+    published = muslin.load(paths.solution("cloth"), table)
+    for task in table.tasks:
+        assert right_on(name, own, task), task
+        assert right_on(name, published, task) == (task not in tables.touched(choice)), task
+
+
+@pytest.mark.parametrize("name", BOTH)
+def test_properties_hold_for_a_variants_solution(course, name):
+    own = muslin.load(paths.solution(name))
+    for task in own.assignment.tasks:
+        for prop, inputs in properties.draw(name, task, "seed"):
+            assert properties.judge(prop, inputs, answers(own, task, inputs)) <= prop.tolerance, prop.name
+
+
+@pytest.mark.parametrize("name", BOTH)
+def test_laws_hold_for_a_variants_solution(course, name):
+    own = muslin.load(paths.solution(name))
+    table = own.assignment.tasks
+    obeyed = laws.obeyed(name, lambda task, inputs: answers(own, task, inputs), frozenset(table))
+    assert [(law.name, law.message) for law in obeyed if law.status != "passed"] == []
+
+
+@pytest.mark.parametrize("road", ["closed", "lecture"])
+@pytest.mark.parametrize("name", BOTH)
+def test_the_simulator_calls_a_variants_functions_as_they_are_meant(course, name, road):
+    own = muslin.load(paths.solution(name))
+    made_of = {"mu": 700.0, "lam": 400.0, "rho": 3.0, "h": 0.02}
+    mesh = grid(5, 5)
+    theirs = muslin.Cloth(mesh, functions=own, hessian=road, **made_of)
+    native = muslin.Cloth(mesh, energy=own.assignment.energy, **made_of)
+    x = mesh.vertices @ np.array([[1.2, 0.1, 0.2], [-0.1, 0.8, 0.1], [0, 0, 1]])
+    x = x + 0.05 * np.sin(9 * mesh.vertices[:, ::-1])
+    assert theirs.energy(x) == pytest.approx(native.energy(x), rel=1e-10)
+    assert np.allclose(
+        theirs.gradient(x), native.gradient(x), rtol=0, atol=1e-10 * abs(native.gradient(x)).max()
+    )
+    K = native.hessian(x).toarray()
+    assert np.allclose(theirs.hessian(x).toarray(), K, rtol=0, atol=1e-5 * abs(K).max())
+    assert np.allclose(theirs.mass.toarray(), native.mass.toarray(), rtol=1e-12, atol=0)
+    assert theirs.kinetic_energy(x) == pytest.approx(native.kinetic_energy(x), rel=1e-12)
+
+
+def test_a_variants_functions_simulate_as_muslins_own_element_does(course):
+    small = {"resolution": 8, "steps": 12, "bending": "off"}
+    run = muslin.simulate("hang", functions=paths.solution("all-at-once"), **small)
+    beside = muslin.simulate("hang", energy="green", **small)
+    assert "psi" in run.uses
+    assert np.allclose(run.x, beside.x, rtol=0, atol=1e-9)
+    assert not np.allclose(run.x, muslin.simulate("hang", **small).x, rtol=0, atol=1e-9)
+
+
+def test_a_variants_files_do_not_speak_of_what_it_has_not(course):
+    released = paths.assignment("all-at-once")
+    for path in released.glob("*.py"):
+        assert not re.search(
+            r"\[Pa\]|\bmu, lam :|\boutward|thickness|rows are the gradients", path.read_text()
+        )
+    handout = (released / "README.md").read_text()
+    assert "mu=8.0" not in handout
+    assert "muslin start all-at-once " in handout
+
+
+def test_an_answer_in_a_variants_handout_is_what_its_solution_gives(course):
+    text = (paths.solution("all-at-once") / "README.md").read_text()
+    given = re.search(r">>> evaluate\(f.psi, s=\[1.5, 0.5, 1.0\], E=19.2, nu=0.2\)\n(.*)\n", text)
+    e, f = (1.5**2 - 1) / 2, (0.5**2 - 1) / 2
+    assert given[1] == f"array([{8 * (e * e + f * f) + 2 * (e + f) ** 2:.4g}])"
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["__import__('os')", "x.__class__", "(lambda: 1)()", "open('x')", "x ** 9", "'a'", "[1 for a in x]", "x.T", "vec"
+     ".f(x)", "True", "x.transpose", "1 +", "x" * 300],
+)  # fmt: skip
+def test_a_manifest_cannot_have_anything_else_than_arithmetic_evaluated(text):
+    with pytest.raises(MuslinError, match="not an expression"):
+        wiring.Wiring((), (), give={"x": text})
+
+
+def test_names_that_cannot_be_picked_or_are_taken_are_refused_and_nothing_is_left(course, tables):
+    with pytest.raises(MuslinError, match="'gren'"):
+        variants.picked(tables, ["gren"])
+    with pytest.raises(MuslinError, match="one of these"):
+        variants.picked(tables, ["green", "neo-hookean"])
+    assert variants.picked(tables, ["normal", "young"]) == variants.Choice("linearised", "young", ("normal",))
+    with pytest.raises(MuslinError, match="already"):
+        list(variants.write("cloth", "drawn", "x"))
+    with pytest.raises(MuslinError, match="--seed"):
+        list(variants.write("cloth", "other", " "))
+    with pytest.raises(MuslinError, match="variants"):
+        list(variants.write("solids", "other", "x"))
+    assert not (course / "solutions" / "other").exists()
