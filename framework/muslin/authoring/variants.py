@@ -1,10 +1,10 @@
 """A term's own assignment: a published one with another energy, other parameters, other conventions, drawn from a seed.
 
-A variant is data. `solutions/<assignment>/variants/` says in three tables what may be otherwise (`energies.toml`,
-`parameters.toml`, `conventions.toml`): how values are carried over between the published convention and the variant's,
-and which words of the published files change. From these follow the solution, the stubs, the handout, the hints, the
-manifest and with it cases, truth, properties, mistakes, laws and the simulation (`muslin.tasks.wiring`,
-`muslin.judging.wired`). What is written is an assignment like any other, in `solutions/NAME`.
+A variant is data. `solutions/<assignment>/variants/` says in tables what may be otherwise (`energies.toml`,
+`parameters.toml`, `conventions.toml`) and what is left out (`every.toml`): how values are carried over between the
+published convention and the variant's, and which words of the published files change. From these follow the solution,
+the stubs, the handout, the hints, the manifest and with it cases, truth, properties, mistakes, laws and the simulation
+(`muslin.tasks.wiring`, `muslin.judging.wired`). What is written is an assignment like any other, in `solutions/NAME`.
 """
 
 from __future__ import annotations
@@ -71,7 +71,7 @@ class Tables:
             )
         self.base = read_assignment(self.source)
         self.energies, self.parameters = self._read("energies"), self._read("parameters")
-        self.conventions = self._read("conventions")
+        self.conventions, self.every = self._read("conventions"), self._read("every")
 
     def _read(self, name: str) -> dict[str, Any]:
         if sys.version_info >= (3, 11):
@@ -182,10 +182,10 @@ def write(
 
 def files(tables: Tables, name: str, choice: Choice) -> dict[str, bytes]:
     """The solution folder of a variant, by relative path."""
-    texts = {}
+    texts, without = {}, {FOLDER, "roads", "__pycache__", *tables.every["without"]}
     for path in sorted(tables.source.rglob("*")):
         relative = path.relative_to(tables.source)
-        if path.is_file() and not {FOLDER, "roads", "__pycache__"} & set(relative.parts):
+        if path.is_file() and not without & set(relative.parts):
             texts[relative.as_posix()] = path.read_bytes()
     written = {
         file: text.decode("utf-8") for file, text in texts.items() if file.endswith((".py", ".md", ".toml"))
@@ -218,6 +218,7 @@ def chosen(name: str) -> Choice | None:
 
 def _changes(tables: Tables, choice: Choice) -> Iterator[tuple[Mapping[str, list[Any]], Any]]:
     """Changes of files, in the order in which they are made, each with where its tokens are looked up."""
+    yield tables.every["change"], _Tokens(tables.folder, "", {})
     if choice.energy != tables.energies["published"]:
         energy = {"energy": choice.energy, **tables.energies["energies"][choice.energy]}
         yield tables.energies["change"], _Tokens(tables.folder, choice.energy, energy)

@@ -4,6 +4,7 @@ A manifest (`assignment.toml`) is the single list of what a student fills in (`m
 path, so any folder with those files is a submission; one broken file costs only its own tasks (`loading`).
 """
 
+from muslin.tasks.kinds import form, kind_of
 from muslin.tasks.loading import Functions, answered, failure_of, is_stub, load, usable
 from muslin.tasks.manifest import (
     MANIFEST,
@@ -13,8 +14,6 @@ from muslin.tasks.manifest import (
     Task,
     Value,
     assignment,
-    form,
-    kind_of,
     named_in,
     read_assignment,
 )

@@ -6,8 +6,6 @@ checking, points, hints and the handout's tables.
 
 from __future__ import annotations
 
-import functools
-import math
 import re
 import sys
 from collections.abc import Mapping
@@ -19,58 +17,13 @@ from typing import Any
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
 from muslin.base.text import one_line
+from muslin.tasks.kinds import GRAMMAR, form
 from muslin.tasks.wiring import Wiring
 
 MANIFEST = "assignment.toml"
 
-#: The kinds of values, for people: what `form` reads.
-GRAMMAR = "scalar, int, vecN, matN or matRxC"
-
 #: Languages a task's function may be written in.
 LANGUAGES = ("taichi", "python")
-
-#: Largest number of entries a value may have: a 12x12 matrix has 144.
-LARGEST = 256
-
-#: Shape of one sample, and whether it is an integer.
-Form = tuple[tuple[int, ...], bool]
-
-
-@functools.cache
-def form(kind: str) -> Form:
-    """Shape of a value of some kind, and whether it is an integer.
-
-    Parameters
-    ----------
-    kind : str
-        scalar, int, vecN, matN or matRxC: "vec12", "mat9", "mat4x3".
-
-    Raises
-    ------
-    MuslinError
-        If there is no such kind.
-    """
-    if kind in ("scalar", "int"):
-        return (), kind == "int"
-    shape: tuple[int, ...] = ()
-    if match := re.fullmatch(r"vec([1-9]\d?\d?)", kind):
-        shape = (int(match[1]),)
-    elif match := re.fullmatch(r"mat([1-9]\d?)(?:x([1-9]\d?))?", kind):
-        shape = (int(match[1]), int(match[2] or match[1]))
-    if not shape or math.prod(shape) > LARGEST:
-        raise MuslinError(f"There is no kind {kind!r} of values.", f"There is: {GRAMMAR}.")
-    return shape, False
-
-
-def kind_of(shape: tuple[int, ...], integer: bool) -> str | None:
-    """The kind of a value by its form; None for what no kind has."""
-    if not shape:
-        return "int" if integer else "scalar"
-    if integer or len(shape) > 2 or not 0 < math.prod(shape) <= LARGEST:
-        return None
-    if len(shape) == 1:
-        return f"vec{shape[0]}"
-    return f"mat{shape[0]}" if shape[0] == shape[1] else f"mat{shape[0]}x{shape[1]}"
 
 
 @dataclass(frozen=True)
