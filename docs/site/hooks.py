@@ -49,7 +49,15 @@ def on_config(config: Any) -> Any:
     ]
     for entry in config.nav:
         if "Handouts" in entry:
-            entry["Handouts"] = [f"handouts/{source.name}/index.md" for source in handouts()]
+            entry["Handouts"] = [
+                f"handouts/{source.name}/{page}"
+                for source in handouts()
+                for page, given in (
+                    ("index.md", "README.md"),
+                    ("experiments/README.md", "experiments/README.md"),
+                )
+                if (source / given).is_file()
+            ]
     return config
 
 
@@ -68,6 +76,9 @@ def on_files(files: Any, config: Any) -> Any:
             if relative == "README.md":
                 text = re.sub(r"\A<!--.*?-->\s*", "", content.decode("utf-8"))
                 made[f"handouts/{source.name}/index.md"] = text
+            elif relative == "experiments/README.md":
+                text = content.decode("utf-8").replace("(../README.md)", "(../index.md)")
+                made[f"handouts/{source.name}/{relative}"] = text
             elif relative.startswith("pictures/"):
                 made[f"handouts/{source.name}/{relative}"] = content
     for page, title in AWAITED.items():
