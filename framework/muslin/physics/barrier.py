@@ -48,7 +48,7 @@ class Barrier:
         self.stiffness = stretching * gap / float(np.median(self._mesh.vertex_areas))
         self._potential = ipctk.BarrierPotential(gap, self.stiffness, True)
         self._rubbing = ipctk.FrictionPotential(HOLDS)
-        self._narrow = ipctk.TightInclusionCCD(conservative_rescaling=1 - LEFT)
+        self._narrow = ipctk.AdditiveCCD(conservative_rescaling=1 - LEFT)
         self._candidates: Any = None
         self._way: tuple[np.ndarray, np.ndarray] | None = None
         self._at: np.ndarray | None = None

@@ -57,6 +57,10 @@ class Problem(Protocol):
         """(k,) Hessian^-1 r."""
         ...
 
+    def step(self, r: np.ndarray) -> np.ndarray:
+        """(k,) Where to go for the gradient -r to vanish: Hessian^-1 r, or better."""
+        ...
+
     def size(self, r: np.ndarray) -> float:
         """Norm of a gradient, or of its error, over what may vary."""
         ...
@@ -101,10 +105,10 @@ def minimise(
             return v
         exact = problem.assemble(whole and size <= NEAR * scale)
         noise = problem.rounding()
-        step = problem.solve(-r)
+        step = problem.step(-r)
         if exact and not float(r @ step) < 0:
             problem.assemble(False)
-            step = problem.solve(-r)
+            step = problem.step(-r)
         if size <= problem.size(noise) or problem.is_nothing(step):
             return v
         v, phi, whole = _search(

@@ -130,6 +130,11 @@ class Touching:
                 out[:, a] += np.bincount(corner, part[:, a], n)
         return out
 
+    def push(self, v: np.ndarray, presses: np.ndarray) -> np.ndarray:
+        """What these pairs add to the gradient, like v, whether or not they press at v."""
+        push = np.where(presses, self.stiffness * self._along(v)[1], 0.0)
+        return self.spread(push[:, None] * self.pairs.normals, v.size // 3).ravel()
+
     def pressing(self, v: np.ndarray) -> np.ndarray:
         """Which pairs press at velocities (3n,), (c,) bool."""
         return self._along(v)[1] < 0
