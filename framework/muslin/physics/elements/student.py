@@ -157,5 +157,5 @@ def _with_energy(functions: Functions, energy: str) -> SimpleNamespace:
             known = ", ".join([written, *ENERGIES])
             raise MuslinError(f"With these functions there is no energy {energy!r}.", f"There is: {known}.")
         f.psi, f.dpsi_ds, f.d2psi_ds2 = ENERGIES[energy]
-        f.flip = FLIPS[energy]
+        f.flip = FLIPS.get(energy)
     return f
