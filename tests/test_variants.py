@@ -179,3 +179,14 @@ def test_names_that_cannot_be_picked_or_are_taken_are_refused_and_nothing_is_lef
     with pytest.raises(MuslinError, match="variants"):
         list(variants.write("solids", "other", "x"))
     assert not (course / "solutions" / "other").exists()
+
+
+def test_what_students_install_has_their_variant_and_nothing_that_judges_it(course):
+    from muslin.authoring import wheel
+
+    inside = set(wheel.contents(assignment="drawn")) - set(wheel.contents())
+    assert "muslin/_shipped/assignments/drawn/assignment.toml" in inside
+    assert "muslin/_shipped/practice/drawn/stress.py" in inside
+    assert all("/practice/drawn/" in path or "/assignments/drawn/" in path for path in inside)
+    judges = set(wheel.contents(judges=True)) - set(wheel.contents())
+    assert "muslin/_shipped/judge/drawn/stress.py" in judges

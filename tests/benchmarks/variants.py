@@ -55,7 +55,7 @@ def whole_way(
 ) -> list[object]:
     """What a row says after the choice."""
     list(variants.write("cloth", name, seed, data=False))
-    reference_data.build(name, seed=f"{seed}/public")
+    reference_data.build(name)
     if with_mistakes:
         list(mistakes.build(name))
     own = muslin.grade(paths.solution(name), name)

@@ -46,4 +46,4 @@ def _ran(source: str, scope: dict[str, Any]) -> str:
     said = io.StringIO()
     with contextlib.redirect_stdout(said):
         exec(compile(source, "<handout>", "single"), scope)
-    return said.getvalue()
+    return re.sub(r"-0\.(?!\d)", " 0.", said.getvalue())  # to a handout's reader a negative zero is none

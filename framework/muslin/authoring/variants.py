@@ -132,7 +132,7 @@ def write(
     name : str
         Of the variant; small letters, digits and hyphens.
     seed : str
-        What it is drawn from: keep it to yourself. Its public cases are drawn from it, too.
+        What it is drawn from: keep it to yourself.
     choice : Choice, optional
         Instead of drawing one.
     data : bool
@@ -170,7 +170,7 @@ def write(
         releasing.release(name)
         yield f"Wrote {paths.shown(folders[1])}: what students get."
         if data:
-            reference_data.build(name, seed=f"{seed}/public")
+            reference_data.build(name)
             yield f"Wrote {paths.shown(folders[2])}: the public cases."
             list(mistakes.build(name))
             yield f"Wrote {paths.shown(folders[3])}: what mistakes make of them."

@@ -22,13 +22,15 @@ from muslin.base.version import __version__
 _LEFT_OUT = ("__pycache__", ".DS_Store")
 
 
-def contents(judges: bool = False) -> dict[str, Path]:
+def contents(judges: bool = False, assignment: str | None = None) -> dict[str, Path]:
     """Every file of the wheel, by its path inside.
 
     Parameters
     ----------
     judges : bool
         Whether what only graders may know goes in, too: how cases are drawn, and what is true of them.
+    assignment : str, optional
+        An instructor's own, of which what students may know goes in.
 
     Raises
     ------
@@ -38,9 +40,8 @@ def contents(judges: bool = False) -> dict[str, Path]:
     root, target = _checkout(), _project()["tool"]["hatch"]["build"]["targets"]["wheel"]
     sources = {package.rsplit("/", 1)[-1]: root / package for package in target["packages"]}
     sources |= {inside: root / source for source, inside in target["force-include"].items()}
-    if judges:
-        for name in paths.assignments("solutions"):
-            sources |= _of_assignment(name)
+    for name in paths.assignments("solutions") if judges else filter(None, [assignment]):
+        sources |= _of_assignment(name, judges)
     found: dict[str, Path] = {}
     for inside, source in sources.items():
         for path in sorted(source.rglob("*")) if source.is_dir() else [source]:
@@ -49,13 +50,13 @@ def contents(judges: bool = False) -> dict[str, Path]:
     return found
 
 
-def build(folder: Path, judges: bool = False) -> Path:
+def build(folder: Path, judges: bool = False, assignment: str | None = None) -> Path:
     """Write the wheel.
 
     Parameters
     ----------
     folder : Path
-    judges : bool
+    judges, assignment
         As for `contents`.
 
     Returns
@@ -65,7 +66,7 @@ def build(folder: Path, judges: bool = False) -> Path:
     """
     project = _project()["project"]
     name = f"{project['name']}-{__version__}"
-    files = {inside: path.read_bytes() for inside, path in contents(judges).items()}
+    files = {inside: path.read_bytes() for inside, path in contents(judges, assignment).items()}
     files |= {f"{name}.dist-info/{file}": text.encode() for file, text in _about(project).items()}
     record = [f"{inside},sha256={_digest(data)},{len(data)}" for inside, data in files.items()]
     record.append(f"{name}.dist-info/RECORD,,")
@@ -76,8 +77,8 @@ def build(folder: Path, judges: bool = False) -> Path:
     return path
 
 
-def _of_assignment(name: str) -> dict[str, Path]:
-    """All that a grader needs of an assignment, wherever it is written, by its path inside."""
+def _of_assignment(name: str, judges: bool) -> dict[str, Path]:
+    """All that a grader, or a student, needs of an assignment, wherever it is written, by its path inside."""
     folders = {
         "assignments": paths.assignment(name),
         "data/reference": paths.reference(name),
@@ -87,7 +88,8 @@ def _of_assignment(name: str) -> dict[str, Path]:
     found = {f"muslin/_shipped/{part}/{name}": folder for part, folder in folders.items() if folder.is_dir()}
     for part, path in paths.knowledge(name):
         place = "practice" if part == "practice" else "judge"
-        found[f"muslin/_shipped/{place}/{name}/{path.name}"] = path
+        if judges or place == "practice":
+            found[f"muslin/_shipped/{place}/{name}/{path.name}"] = path
     return found
 
 

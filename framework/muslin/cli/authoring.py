@@ -92,7 +92,7 @@ def release(
     ] = None,
     seed: Annotated[
         str | None,
-        typer.Option(help="Words that a variant is drawn from, with its public cases: your secret."),
+        typer.Option(help="Words that a variant is drawn from: your secret."),
     ] = None,
     pick: Annotated[
         list[str] | None,

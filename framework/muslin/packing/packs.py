@@ -157,7 +157,7 @@ def _files(platform: str, assignment: str) -> dict[str, bytes]:
             files[place.replace("@assignment@", assignment)] = text.encode()
     shared = layout.places["."].replace("@assignment@", assignment)
     with tempfile.TemporaryDirectory() as scratch:
-        built = wheel.build(Path(scratch), judges=layout.grades)
+        built = wheel.build(Path(scratch), layout.grades, assignment)
         ours = {built.name: built.read_bytes(), CONSTRAINTS: (paths.root() / PINNED).read_bytes()}
         if layout.grades:
             ours[SETTINGS] = (json.dumps({"assignment": assignment}) + "\n").encode()

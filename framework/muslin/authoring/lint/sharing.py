@@ -25,7 +25,7 @@ def check_release(subject: Subject) -> Iterator[Finding]:
 
 def given_away(name: str) -> Iterator[Finding]:
     """Answers and hidden data in what students get: everything the wheel holds, the released folder included."""
-    source, held = paths.solution(name), wheel.contents()
+    source, held = paths.solution(name), wheel.contents(assignment=name)
     texts = {
         paths.shown(path): path.read_bytes()
         for inside, path in held.items()
