@@ -15,7 +15,7 @@ from muslin.mesh.surface import frozen
 from muslin.simulation import adapting, scenes
 from muslin.simulation.criteria import bound, folded, indicator
 from muslin.simulation.runs import RunFolder
-from muslin.simulation.simulating import _adapter, build
+from muslin.simulation.simulating import adapter_for, build
 
 #: Small, quick, and refined within the first steps.
 DRAPE = {
@@ -36,7 +36,7 @@ def adapter_of(**parameters):
     scene = scenes.get("drape", **(DRAPE | parameters))
     mesh = scene.load_mesh()
     model, state = build(scene, mesh=mesh)
-    return _adapter(scene, None, None, "closed", mesh, (), model, state.x), state
+    return adapter_for(scene, None, None, "closed", mesh, (), model, state.x), state
 
 
 def test_a_linearly_stretched_cloth_refined_at_random_has_one_stress():

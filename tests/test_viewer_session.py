@@ -265,3 +265,52 @@ def test_a_followed_cape_stays_in_the_picture():
     shown = session.x[session.model.pinned].mean(axis=0) - session.start.x[session.model.pinned].mean(axis=0)
     assert np.linalg.norm(walked) > 0.05
     assert np.linalg.norm(shown * [1, 0, 1]) < 1e-9
+
+
+def test_a_session_adapts_its_mesh_as_a_simulation_does_and_begins_with_the_first_one_again():
+    folds = {"resolution": 8, "adaptive": True, "adapt_every": 8, "start_at": "0,0.302,0", "frame_every": 8}
+    session = begin("drape", **folds)
+    first = len(session.x)
+    for _ in range(32):
+        session.step()
+    run = muslin.simulate("drape", **folds, steps=32)
+    assert len(run.x) > first
+    np.testing.assert_array_equal(session.state.x, run.x)
+    assert session.triangles.max() == len(run.x) - 1
+    assert scenery.strain(session)[0].shape == (len(run.x),)
+    session.reset()
+    assert len(session.x) == first
+    for _ in range(32):
+        session.step()
+    np.testing.assert_array_equal(session.state.x, run.x)
+
+
+def test_a_hand_keeps_its_vertex_when_the_mesh_is_adapted_and_a_failed_step_leaves_the_last_mesh(monkeypatch):
+    from muslin.base.errors import SimulationError
+    from muslin.simulation import integrators
+
+    folds = {"resolution": 8, "adaptive": True, "adapt_every": 8, "start_at": "0,0.302,0"}
+    session = begin("drape", **folds)
+    for _ in range(15):
+        session.step()
+    count = len(session.x)
+    free = session.nearest(session.x[40])
+    session.grab(free)
+    before = session.x[free].copy()
+    while len(session.x) == count and session.steps < 60:
+        session.step()
+    assert len(session.x) > count
+    assert session.grabbed is not None
+    assert np.abs(session.x[session.grabbed] - before).max() < 0.05
+    count, steps = len(session.x), session.steps
+
+    def broken(model, state, dt):
+        raise SimulationError("no")
+
+    monkeypatch.setitem(integrators.INTEGRATORS, "linearly-implicit", broken)
+    session._go_on()
+    for _ in range(9):
+        session.step()
+    assert "no" in session.message
+    assert len(session.x) == count == len(session.model.body.X)
+    assert session.steps == steps

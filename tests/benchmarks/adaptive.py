@@ -3,7 +3,7 @@
     python tests/benchmarks/adaptive.py [--truth 100] [--steps 240] [--picture FILE.png]
 
 `drape` as `muslin demo` has it (contact in the system, friction, bending), adaptive with several budgets and uniform
-with several sizes, against a uniform cloth as fine as is feasible. Each run has a process and one thread of its own, and
+with several sizes, against a uniform cloth as fine as is feasible. Each run has its own process and one thread, and
 its time is the processor's, without what is compiled. The errors, at the end of the run: the mean distance of the two
 surfaces (both ways), the part of the two outlines that is not common, and elastic energy as a share of the truth's.
 """

@@ -60,6 +60,10 @@ class Adapter:
     log : list
         One row per change of the mesh: time [s], vertices, triangles, and by how much it changed the kinetic, elastic
         and gravity energy [J].
+    came_from : (n,) int array
+        The number each vertex had before the last change; -1 for those that came.
+    changed : callable
+        Called after each change, before the next step.
     """
 
     def __init__(
@@ -76,15 +80,22 @@ class Adapter:
         self._pinned[model.pinned] = True
         self._area = float(area_and_normal(mesh.vertices, mesh.triangles)[0].sum())
         self._mass = float(model.body.mass_factor.sum())
+        self._first = model
+        self.came_from = np.arange(len(mesh.vertices))
+        self.changed: Callable[[], None] = lambda: None
         self.model, self.refined = model, Refinement.of(mesh)
-        self._undeformed = self.refined, mesh.vertices
         self.log: list[tuple[float, ...]] = []
+        self._undeformed = self.refined, mesh.vertices
         self._resumed = refined is not None
         if refined is not None:
             self.refined, self.log = refined
             self._rebuild()
 
-    def steps(self, state: State, step: int) -> Iterator[State]:
+    def begin_again(self) -> None:
+        """Back to the mesh one began with."""
+        self.model, self.refined, self.log = self._first, Refinement.of(self._mesh), []
+
+    def steps(self, state: State, step: int, last: int | None = None) -> Iterator[State]:
         """As `integrators.steps`, from the state of a step up to the scene's last, adapted before it is given first.
 
         `model` and `refined` are those of the state that was given last.
@@ -92,17 +103,18 @@ class Adapter:
         scene, every = self.scene, self.scene.adapt_every
         if step % every == 0 and not (self._resumed and step == 0):
             state = self.adapt(state)
-        count = min(every - step % every, scene.steps - step)
+        last = scene.steps if last is None else last
+        count = min(every - step % every, last - step)
         states = steps(self.model, state, scene.dt, scene.integrator, count)
         yield next(states)
         while True:
             for state in states:
                 step += 1
                 yield state
-            if step >= scene.steps:
+            if step >= last:
                 return
             state = self.adapt(state)
-            count = min(every, scene.steps - step)
+            count = min(every, last - step)
             states = steps(self.model, state, scene.dt, scene.integrator, count)
             next(states)
 
@@ -115,7 +127,7 @@ class Adapter:
         goes, rows = self._superfluous(found), self._wanted(state, found)
         if max(len(goes), len(rows)) <= FEW * len(found):
             return state
-        before = self._energies(state)
+        before, self.came_from = self._energies(state), np.arange(len(state.x))
         changed = self._coarsened(state, goes) if len(goes) else state
         for again in range(ROUNDS):
             if again or len(goes):
@@ -129,6 +141,9 @@ class Adapter:
         after = self._energies(changed)
         lost = [a - b for a, b in zip(after, before, strict=True)]
         self.log.append((state.time, len(changed.x), len(self.refined.triangles), *lost))
+        came = np.full(len(changed.x) - len(self.came_from), -1)
+        self.came_from = np.concatenate([self.came_from, came])
+        self.changed()
         return changed
 
     # How ----------------------------------------------------------------------------------------------------
@@ -161,6 +176,7 @@ class Adapter:
         x = exchange.recentred(state.x)
         v = exchange.conserved(state.x, x, state.v, state.v)
         pressed = carrying.coarsened(state.pressed, kept, sheet, after)
+        self.came_from = self.came_from[kept]
         return State(x[kept], v[kept], state.time, [], pressed, state.work)
 
     def _refined(self, state: State, rows: np.ndarray) -> State:

@@ -113,7 +113,7 @@ def _start(scene: Scene, mesh: Mesh | TetMesh) -> np.ndarray:
     return middle + (x - middle) * np.asarray(scene.stretch) if scene.stretch != (1.0, 1.0, 1.0) else x
 
 
-def _adapter(
+def adapter_for(
     scene: Scene,
     functions: Functions | None,
     energy: str | None,
@@ -215,7 +215,7 @@ def simulate(
             on_notice(remark)
     shown = chosen.skin(mesh) if display is None else meshes.load(display).scaled(mesh.scale)
     energy = energy or _energy(chosen, functions)
-    adapter = _adapter(chosen, functions, energy, hessian, mesh, stand_ins, model, state.x)
+    adapter = adapter_for(chosen, functions, energy, hessian, mesh, stand_ins, model, state.x)
     if out is None:
         return march(chosen, model, state, shown=shown, on_step=on_step, adapter=adapter)
     _require_repeatable(chosen)
@@ -300,7 +300,7 @@ def _resume(
     if (folder.folder / "display.npz").is_file():
         shown = Mesh.from_arrays(folder.rest, folder.shown_triangles, name="display")
     refined = folder.refined() if chosen.adaptive else None
-    adapter = _adapter(
+    adapter = adapter_for(
         chosen, functions, recorded["energy"], recorded["hessian"], mesh, stand_ins, model, start.x, refined
     )
     return march(

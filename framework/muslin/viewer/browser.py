@@ -175,9 +175,9 @@ class Face(Served):
             if self._new("x", (session.steps, session.strain, session.wireframe, id(session.state))):
                 if session.strain:
                     self.strained.glb_data = self._glb()
-                self.cloth.vertices = session.x.astype(np.float32)
+                self._place(self.cloth)
                 if session.wireframe:
-                    self.lines.vertices = session.x.astype(np.float32)
+                    self._place(self.lines)
             if self._new("strain", session.strain):
                 self.cloth.opacity = 0.0 if session.strain else None
             self._visible(self.strained, session.strain)
@@ -197,6 +197,17 @@ class Face(Served):
                 with client.atomic():
                     client.camera.position, client.camera.look_at = self._camera.eye, self._camera.target
         self._show_words()
+
+    def _place(self, mesh: Any) -> None:
+        """A mesh of the cloth where that is now, with the triangles that it has now."""
+        session = self.session
+        x, faces = session.x.astype(np.float32), session.triangles
+        if len(mesh.faces) == len(faces) and np.array_equal(mesh.faces, faces):
+            mesh.vertices = x
+        elif len(x) >= len(mesh.vertices):  # at no time a triangle without its vertices
+            mesh.vertices, mesh.faces = x, faces.astype(np.uint32)
+        else:
+            mesh.faces, mesh.vertices = faces.astype(np.uint32), x
 
     def _show_bodies(self) -> None:
         session = self.session

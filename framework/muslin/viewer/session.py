@@ -6,6 +6,7 @@ do has one name, one key and one home: `actions.ACTIONS`.
 
 from __future__ import annotations
 
+import sys
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -18,10 +19,11 @@ from muslin.mesh import area_and_normal
 from muslin.physics.colliders import Capsule, Collider, Plane, Sphere
 from muslin.physics.stand_ins import needs
 from muslin.simulation import scenes
+from muslin.simulation.adapting import Adapter
 from muslin.simulation.integrators import steps
 from muslin.simulation.model import Model, Spring, State
 from muslin.simulation.scenes import Scene
-from muslin.simulation.simulating import build
+from muslin.simulation.simulating import adapter_for, build
 from muslin.tasks import Functions, failure_of, load
 from muslin.viewer.pace import Pace
 
@@ -58,6 +60,8 @@ class Session:
         How often the camera was asked back; the faces compare.
     message : str
         What went wrong, until the next reset.
+    adapter : Adapter, optional
+        What adapts the mesh; `model` and `state` are then of the mesh as it is.
     """
 
     scene: Scene
@@ -71,13 +75,16 @@ class Session:
     wireframe: bool = False
     camera_resets: int = 0
     message: str = ""
+    adapter: Adapter | None = None
 
     def __post_init__(self) -> None:
         self.state = self.start
         own, pull = self.model.spring, self.model.pull
         self._own_spring = pull or (lambda time: own)
-        self.model.pull = self._spring
-        self.model.colliders = self.colliders
+        self._held = self.model.pinned if len(self.model.pinned) else slice(len(self.start.x))
+        self._take(self.model)
+        if self.adapter:
+            self.adapter.changed = self._changed
         self.sphere = any(not isinstance(c, Plane) for c in self.scene.colliders(self.scene, 0.0))
         self.grabbed: int | None = None
         self._pull: np.ndarray = np.zeros(3)
@@ -101,7 +108,7 @@ class Session:
         """What is subtracted from every position to show it, (3,) [m]: the way that followed cloth has gone."""
         if self.scene.camera != "follow":
             return np.zeros(3)
-        chosen = self.model.pinned if len(self.model.pinned) else slice(None)
+        chosen = self._held  # vertices of the first mesh keep their numbers
         way = self.state.x[chosen].mean(axis=0) - self.start.x[chosen].mean(axis=0)
         return way * (1.0, 0.0, 1.0)
 
@@ -128,6 +135,7 @@ class Session:
 
     def step(self) -> None:
         """Take exactly one step; what goes wrong becomes `message`, pauses, and leaves the last good state."""
+        self._good = (self.adapter.model, self.adapter.refined) if self.adapter else None
         try:
             with np.errstate(invalid="ignore", over="ignore", divide="ignore"):
                 following = next(self._states)
@@ -153,18 +161,40 @@ class Session:
         self.steps, self.message = 0, ""
         self.release()
         self.pace = Pace()
+        if self.adapter:
+            self.adapter.begin_again()
+            self._take(self.adapter.model)
         self._go_on()
 
     def _fail(self, what: str) -> None:
         self.message = f"{what} Paused at step {self.steps}; reset starts again."
         self.playing = False
         self.release()
+        if self.adapter and self._good:
+            self.adapter.model, self.adapter.refined = self._good
+            self._take(self.adapter.model)
         self._go_on()
 
     def _go_on(self) -> None:
         """The next step goes from `state`."""
-        self._states = steps(self.model, self.state, self.scene.dt, self.scene.integrator)
-        next(self._states)
+        if self.adapter:
+            self._states = self.adapter.steps(self.state, self.steps, sys.maxsize)
+        else:
+            self._states = steps(self.model, self.state, self.scene.dt, self.scene.integrator)
+        self.state = next(self._states)
+
+    def _take(self, model: Model) -> None:
+        """Go on with a model; what pulls at it and what it bumps into is the session's."""
+        self.model = model
+        model.pull, model.colliders = self._spring, self.colliders
+
+    def _changed(self) -> None:
+        """The mesh has been adapted: the hand keeps its vertex, while there is one."""
+        assert self.adapter is not None
+        self._take(self.adapter.model)
+        if self.grabbed is not None:
+            there = np.flatnonzero(self.adapter.came_from == self.grabbed)
+            self.grabbed = int(there[0]) if len(there) else None
 
     # The mouse ---------------------------------------------------------------------------------------------
 
@@ -311,8 +341,10 @@ def begin(
     functions = load(functions) if isinstance(functions, (str, Path)) else functions
     if stand_ins is None:
         stand_ins = faults(functions) if functions is not None else {}
-    model, state = build(chosen, functions, stand_ins=tuple(stand_ins))
-    session = Session(chosen, model, state, stand_ins)
+    mesh = chosen.load_mesh()
+    model, state = build(chosen, functions, mesh=mesh, stand_ins=tuple(stand_ins))
+    adapter = adapter_for(chosen, functions, None, "closed", mesh, tuple(stand_ins), model, state.x)
+    session = Session(chosen, model, state, stand_ins, adapter=adapter)
     session.step()  # compiles; what goes wrong here will go wrong again when somebody is looking
     session.reset()
     session.playing = True

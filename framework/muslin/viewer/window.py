@@ -68,6 +68,7 @@ class Face:
         self._cursor: tuple[float, float] | None = None
         self._turning = ""
         self._fields: dict[str, Any] = {}
+        self._triangles = session.triangles
         self.cloth = self._mesh("cloth", session.x, session.triangles)
         floor = scenery.ground(session)
         self.floor = None if floor is None else self._mesh("ground", *floor)
@@ -154,6 +155,9 @@ class Face:
 
     def _draw_cloth(self) -> None:
         session, reach = self.session, None
+        if session.triangles is not self._triangles:  # the mesh has been adapted
+            self._triangles = session.triangles
+            self.cloth = self._mesh("cloth", session.x, session.triangles)
         vertices = self._filled("cloth", session.x)
         if session.strain:
             values, reach = scenery.strain(session)
