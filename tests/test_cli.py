@@ -132,6 +132,21 @@ def test_help_is_quick_and_names_every_command():
         assert name in done.stdout
 
 
+def test_a_command_is_read_alone_and_a_mistyped_one_among_all(monkeypatch, capsys):
+    everything, read = len(cli.app.registered_commands), []
+
+    def called(**_):
+        read.append([command.callback.__name__ for command in cli.app.registered_commands])
+
+    monkeypatch.setattr(type(cli.app), "__call__", lambda self, **_: called())
+    for words in (["check"], ["class", "grade"], ["chekc"], ["--help"], []):
+        muslin(monkeypatch, capsys, *words)
+    assert read[0] == ["check"]
+    assert read[1] == []
+    assert [len(names) for names in read[2:]] == [everything] * 3
+    assert len(cli.app.registered_commands) == everything > 10
+
+
 def test_an_unbuffered_interrupt_leaves_a_usable_run(tmp_path):
     """A real Ctrl-C, sent to a real process."""
     import signal

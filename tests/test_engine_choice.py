@@ -1,6 +1,7 @@
 """Taichi, or Quadrants beside it: which one is taken, what is said where none can be, and what students' files see."""
 
 import builtins
+import inspect
 import itertools
 import os
 import platform
@@ -259,3 +260,24 @@ def test_records_and_runs_name_the_engine_and_its_version(tmp_path):
     text = (tmp_path / "run" / "run.json").read_text()
     assert f'"{engine.chosen().name} {engine.version()}"' in text
     assert run is not None
+
+
+def test_a_frame_is_described_as_the_library_describes_it():
+    class Body:
+        frame = sys._getframe()
+
+    for frame in (Body.frame, sys._getframe()):
+        assert choice.frame_info(frame)[:5] == inspect.getframeinfo(frame)[:5]
+
+
+def test_a_function_of_a_class_is_still_known_as_one(tmp_path):
+    """What the engine looks at frames for."""
+    (tmp_path / "own.py").write_text(
+        "import inspect\nbefore = inspect.getframeinfo\nfrom muslin.base import runtime\nti = runtime.start()\n"
+        "assert inspect.getframeinfo is before\n"
+        "class A:\n    @ti.func\n    def f(self): return 1\n"
+        "@ti.func\ndef g(): return 1\n"
+        "print(A.f.func.classfunc, g.func.classfunc)\n"
+    )
+    done = run("import own", cwd=tmp_path)
+    assert done.stdout.split() == ["True", "False"], done.stderr

@@ -6,12 +6,14 @@ import contextlib
 import io
 import os
 import sys
+from collections.abc import Iterator
 from enum import Enum
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
+from typer.main import get_command_name
 
 from muslin.base.errors import MuslinError, no_folder, of_system
 from muslin.base.text import visible
@@ -107,11 +109,31 @@ def print_verdicts(verdicts: list[Any]) -> None:
     say(f"{sum(v.ok for v in verdicts)} of {len(verdicts)} tasks agree with the reference data.")
 
 
+@contextlib.contextmanager
+def _alone(words: list[str]) -> Iterator[None]:
+    """Leave the command line nothing but the command that is asked for, if it is one: to read them all takes time."""
+    everything = app.registered_commands, app.registered_groups
+    commands, groups = everything
+    asked = [command for command in commands if [_name(command)] == words]
+    inside = [group for group in groups if [group.name] == words]
+    if len(asked) + len(inside) == 1:
+        app.registered_commands, app.registered_groups = asked, inside
+    try:
+        yield
+    finally:
+        app.registered_commands, app.registered_groups = everything
+
+
+def _name(command: Any) -> str:
+    return command.name or get_command_name(command.callback.__name__)
+
+
 def main() -> None:
     """Run the command line: what goes wrong becomes one message and a non-zero exit."""
     console.prepare()
     try:
-        code = app(standalone_mode=False)
+        with _alone(sys.argv[1:2]):
+            code = app(standalone_mode=False)
         if sys.stdout is not None:
             sys.stdout.flush()
     except MuslinError as error:

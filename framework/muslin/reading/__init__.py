@@ -8,7 +8,6 @@ Taichi is not Python (`traps`), habits of other languages and of the keyboard (`
 from __future__ import annotations
 
 import ast
-import functools
 import inspect
 import linecache
 from collections.abc import Callable, Mapping
@@ -19,7 +18,7 @@ from muslin.reading.habits import HABITS
 from muslin.reading.names import NAMES
 from muslin.reading.page import Note, Page, assignments, used
 from muslin.reading.plain_habits import PLAIN
-from muslin.reading.source import Source
+from muslin.reading.source import read_once
 from muslin.reading.traps import TRAPS
 
 __all__ = ["Note", "born", "notes", "of", "returned", "row", "told"]
@@ -51,7 +50,7 @@ def notes(
         Whether it is run by Python: then nothing is noticed of where Taichi is another language.
     """
     try:
-        source = _source(text)
+        source = read_once(text)
     except MuslinError:
         return []
     functions = {key: function.node for key, function in source.functions.items()}
@@ -91,11 +90,6 @@ def of(function: Callable[..., Any]) -> list[Note]:
         return []
 
 
-@functools.lru_cache(maxsize=16)  # a file is read once for each of its functions
-def _source(text: str) -> Source:
-    return Source(text)
-
-
 def _text(function: Callable[..., Any]) -> str:
     return "".join(linecache.getlines(inspect.unwrap(function).__code__.co_filename))
 
@@ -114,7 +108,7 @@ def returned(function: Callable[..., Any]) -> tuple[int, str] | None:
     """Line and text of the last return of a function that has been loaded."""
     code = inspect.unwrap(function).__code__
     try:
-        source = _source(_text(function))
+        source = read_once(_text(function))
     except MuslinError:
         return None
     if code.co_name not in source.functions:
@@ -128,7 +122,7 @@ def returned(function: Callable[..., Any]) -> tuple[int, str] | None:
 
 def born(function: Callable[..., Any], which: int) -> ast.stmt | None:
     """The statement in which a result is born as a plain number, if it is a variable and that can be seen."""
-    source = _source(_text(function))
+    source = read_once(_text(function))
     name = inspect.unwrap(function).__code__.co_name
     if name not in source.functions:
         return None

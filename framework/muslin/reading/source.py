@@ -8,6 +8,7 @@ from __future__ import annotations
 import ast
 import codecs
 import contextlib
+import functools
 import hashlib
 import io
 import itertools
@@ -305,6 +306,18 @@ def _only_function(rows: Sequence[str]) -> str:
     return named[1] if named is not None else ""
 
 
+@functools.lru_cache(maxsize=16)
+def read_once(text: str) -> Source:
+    """A file's text, read: a file is asked about once for each of its functions.
+
+    Raises
+    ------
+    MuslinError
+        If it is not Python.
+    """
+    return Source(text)
+
+
 def without_docstring(node: ast.FunctionDef) -> str:
     """A function's body as Python understands it, without docstring, comments and layout."""
     body = node.body[1:] if ast.get_docstring(node, clean=False) is not None else node.body
@@ -330,7 +343,7 @@ def fingerprint(text: str, name: str) -> str:
         A sha256; of the plain text if it is not Python.
     """
     try:
-        source = Source(text)
+        source = read_once(text)
     except MuslinError:
         return hashlib.sha256(text.encode("utf-8", "replace")).hexdigest()
     wanted, todo = set(), [name]

@@ -31,7 +31,7 @@ def standings(workspace: Workspace) -> list[Standing]:
     for file in workspace.table.files:
         try:
             text, _ = source.legible(source.read(workspace.folder / file), workspace.table.tasks, file)
-            texts[file] = source.Source(text)
+            texts[file] = source.read_once(text)
         except MuslinError:
             texts[file] = None
     found, order = [], list(workspace.table.tasks)

@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import functools
 import importlib
+import inspect
 import math
 import re
 import sys
@@ -20,7 +21,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.base.engine.choice import load
+from muslin.base.engine.choice import frame_info, load
 
 
 def _in_both(*places: str) -> dict[str, tuple[str, ...]]:
@@ -58,6 +59,7 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
             "lang.ast.ast_transformer_utils:TextWrapper",
         ),
     },
+    "seeing a frame fast": _in_both("lang.kernel_impl:inspect.getframeinfo"),
     "reading kernels once, not twice": {
         "taichi": (),
         "quadrants": ("lang.kernel:Kernel._try_load_fastcache",),
@@ -243,6 +245,10 @@ def compile_faster() -> None:
             if hasattr(reader, name):
                 setattr(reader, name, functools.cache(getattr(reader, name)))
         reader.textwrap = SimpleNamespace(fill=functools.cache(textwrap.fill), dedent=textwrap.dedent)
+    if has("seeing a frame fast"):
+        own_module("lang.kernel_impl").inspect = SimpleNamespace(
+            **vars(inspect) | {"getframeinfo": frame_info}
+        )
     if ti.__name__ == "quadrants" and has("reading kernels once, not twice"):
         _read_once(own_module("lang.kernel").Kernel)
 
