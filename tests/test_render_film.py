@@ -45,7 +45,7 @@ def test_a_run_is_filmed_while_it_is_simulated(tmp_path):
     assert ticks[-1] == (4, 4)
     assert child.wait(0) == 0
     still = np.array(Image.open(tmp_path / "drape.png"))
-    show = Show(RunFolder(tmp_path / "run"), (96, 64), "draft", around=AROUND, sinks=0.0)
+    show = Show(RunFolder(tmp_path / "run"), (96, 64), "draft", around=AROUND)
     assert (still == show.picture(3)).all()  # of 0.65 s, the nearest there is
 
 

@@ -68,9 +68,7 @@ def both(quality: str, folder: str) -> None:
 
     scene = scenes.get("drape", **demo.SHOWN)
     out = Path(folder)
-    with Filming(
-        scene, out / "run", out / "drape", around=demo.AROUND, sinks=demo.SINKS, quality=quality
-    ) as filming:
+    with Filming(scene, out / "run", out / "drape", around=demo.AROUND, quality=quality) as filming:
         simulate(scene, out=out / "run", on_step=filming.on_step)
         filming.finish()
 

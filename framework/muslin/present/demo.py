@@ -13,12 +13,10 @@ from muslin.simulation import scenes
 #: What is shown: the drape on a sphere that stands on the floor, as long as it takes to come to rest.
 SHOWN = {"ground": -0.3, "steps": 240}
 
-#: Where the cloth goes in that time, and how deep between its vertices it sinks into the sphere [m]: known from
-#: earlier runs, for the film begins before this one has ended.
+#: Where the cloth goes in that time: known from earlier runs, for the film begins before this one has ended.
 AROUND = [
     (x, y, z) for y, reach in ((0.35, 0.505), (-0.3, 0.45)) for x in (-reach, reach) for z in (-reach, reach)
 ]
-SINKS = 0.007
 
 
 def run(
@@ -56,7 +54,7 @@ def run(
     every = 1 if choose() == "cholmod" else 2  # what the slower solver took, the film gives back
     scene = scenes.get("drape", **SHOWN)
     filming = Filming(
-        scene, out / "run", out / "drape", around=AROUND, sinks=SINKS, quality=quality, every=every,
+        scene, out / "run", out / "drape", around=AROUND, quality=quality, every=every,
         on_first=first,
     )  # fmt: skip
     try:

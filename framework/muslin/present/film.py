@@ -57,8 +57,6 @@ class Filming:
         Path of the film and the still without their endings.
     around : (k, 3) points
         What the camera must see [m]: where the cloth will go.
-    sinks : float
-        How deep the cloth will sink into colliders [m].
     quality : {"draft", "good", "best"}
     size : (width, height)
     every : int
@@ -79,7 +77,6 @@ class Filming:
         base: Path,
         *,
         around: Sequence[Point],
-        sinks: float = 0.0,
         quality: str = "good",
         size: tuple[int, int] = (1280, 720),
         every: int = 1,
@@ -87,7 +84,7 @@ class Filming:
     ):
         self._order = {
             "scene": scene.name, "parameters": scene.parameters(), "folder": str(Path(folder).resolve()),
-            "base": str(Path(base).resolve()), "around": np.asarray(around).tolist(), "sinks": sinks,
+            "base": str(Path(base).resolve()), "around": np.asarray(around).tolist(),
             "quality": quality, "size": tuple(size), "every": every,
         }  # fmt: skip
         self._on_first = on_first
@@ -194,15 +191,20 @@ class _Opening:
     """A run that has not begun, with the scene's start as its only frame."""
 
     scene: Scene
-    rest: np.ndarray
-    shown_triangles: np.ndarray
+    X: np.ndarray
+    triangles: np.ndarray
     frames: list[np.ndarray]
     times: np.ndarray
     cells: np.ndarray | None = None
 
+    @property
+    def rest(self) -> np.ndarray:
+        """As a run's."""
+        return self.X
+
     def mesh_of(self, k: int) -> tuple[np.ndarray, np.ndarray]:
         """As a run's."""
-        return self.rest, self.shown_triangles
+        return self.X, self.triangles
 
 
 def _opening(scene: Scene) -> _Opening:
@@ -231,9 +233,7 @@ def _film(order: dict[str, Any], heard: Callable[[], str], tell: Callable[..., A
     scene = scenes.get(order["scene"], **order["parameters"])
 
     def show_of(run: Any) -> Show:
-        return Show(
-            run, order["size"], order["quality"], around=np.asarray(order["around"]), sinks=order["sinks"]
-        )
+        return Show(run, order["size"], order["quality"], around=np.asarray(order["around"]))
 
     still = render.write_png(beside(base, ".png"), show_of(_opening(scene)).picture(0))
     tell(first=str(still))

@@ -51,8 +51,6 @@ class Show:
     around : (k, 3) array, optional
         Points that the camera must see, for a run that is not there to the end yet [m]. Default: the cloth
         and the colliders in the whole run.
-    sinks : float, optional
-        How deep the cloth sinks into a collider, likewise [m].
     """
 
     def __init__(
@@ -64,12 +62,11 @@ class Show:
         wireframe: bool = False,
         stress: bool = False,
         around: Any = None,
-        sinks: float | None = None,
     ):
         self.run, self.size, self.quality, self.wireframe = run, size, quality, wireframe
         self.scene = run.scene
         self.uv = stage.pattern(run.rest)
-        self.depth = float(run.energies["penetration"].max()) if sinks is None else sinks
+        self._longest = stage.longest_edge(run.X, run.triangles)
         self.cloth = replace(render.CLOTH, back=BACK) if run.cells is None else JELLY
         self.legend = None
         if strain:
@@ -134,7 +131,10 @@ class Show:
         rest, triangles = self.run.mesh_of(k)
         uv = self.uv if rest is self.run.rest else stage.pattern(rest)
         cloth = render.Surface(self.frames[k], triangles, self.cloth, uv, values)
-        others = [_surface(c, self.depth) for c in self.colliders(k)]
+        others = [
+            stage.collider_surface(c, stage.drawn_radius(c, self.scene.contact, self._longest))
+            for c in self.colliders(k)
+        ]
         if self.scene.ground is not None:
             middle = self.frames[k].mean(axis=0) * (1, 0, 1)
             others.append(replace(self._ground, vertices=self._ground.vertices + middle))
@@ -318,7 +318,9 @@ def animation(folder: Path | str) -> Animation:
 
     run = RunFolder(folder)
     show = Show(run)
-    bodies = [[_surface(c, 0.0) for c in show.colliders(k)] for k in range(len(show.times))]
+    bodies = [
+        [stage.collider_surface(c, c.radius) for c in show.colliders(k)] for k in range(len(show.times))
+    ]
     names = [f"{type(c).__name__.lower()}_{number}" for number, c in enumerate(show.colliders(0))]
     props = []
     for number, name in enumerate(names):
@@ -349,12 +351,6 @@ def export_run(folder: Path | str, to: str | None = None, out: Path | str | None
         raise MuslinError(f"There is no export format {to!r}.", choices(to, export.FORMATS))
     path = out if out is not None else Path(folder) / to / RunFolder(folder).scene.name
     return export.write(animation(folder), path, to)
-
-
-def _surface(collider: Sphere | Capsule, depth: float) -> render.Surface:
-    """A collider as it is drawn: a little smaller, since cloth cuts corners and sinks in up to `depth` [m]."""
-    radius = max(0.99 * collider.radius - depth, 0.9 * collider.radius)
-    return stage.collider_surface(collider, radius)
 
 
 def _some(count: int, most: int) -> np.ndarray:

@@ -10,12 +10,45 @@ from numpy.typing import NDArray
 from muslin.physics.colliders import Capsule, Sphere
 from muslin.render.shapes import Surface, capsule_surface, ground_surface, sphere_surface
 
-#: The ground is drawn this much lower than it holds [m]: what lies on it is not half in it.
-BELOW = 0.004
+#: Half the thickness that cloth is taken to have where it is drawn [m]: ground and colliders are drawn that much deeper
+#: than they hold, so that what lies on them is not half in them.
+HALF_THICKNESS = 5e-4
+
+#: Share of its radius that a collider is drawn at where the filter of S9 alone keeps cloth out of it: that notices what
+#: is inside already.
+FILTERED = 0.975
+
+
+def longest_edge(x: NDArray[np.float64], cells: NDArray[np.integer]) -> float:
+    """Length of the longest edge of triangles or tetrahedra [m]."""
+    corners = x[cells]
+    k = cells.shape[1]
+    edges = [corners[:, i] - corners[:, j] for i in range(k) for j in range(i)]
+    return float(np.sqrt(max(np.einsum("ti,ti->t", e, e).max(initial=0.0) for e in edges)))
+
+
+def drawn_radius(collider: Sphere | Capsule, contact: str, longest: float) -> float:
+    """Radius that a collider is drawn with: its own, less what the cloth's triangles cut into it [m].
+
+    A triangle with its corners on a sphere lies within longest^2 / (6 radius) below it. One whose edges are longer than
+    the radius is held by its nearest point and cuts into nothing.
+
+    Parameters
+    ----------
+    collider : Sphere or Capsule
+    contact : {"solve", "filter"}
+        What keeps cloth out of it.
+    longest : float
+        The cloth's longest edge [m].
+    """
+    radius = collider.radius
+    if contact == "filter":
+        return FILTERED * radius
+    return radius - HALF_THICKNESS - (longest**2 / (6 * radius) if longest < radius else 0.0)
 
 
 def collider_surface(collider: Sphere | Capsule, radius: float, **look: Any) -> Surface:
-    """A collider as a surface, of a radius smaller than its own: cloth touches it with vertices, and cuts corners."""
+    """A collider as a surface, of a radius of its own; see `drawn_radius`."""
     if isinstance(collider, Sphere):
         return sphere_surface(collider.center, radius, **look)
     return capsule_surface(collider.a, collider.b, radius, **look)
@@ -30,7 +63,7 @@ def collider_corners(collider: Sphere | Capsule) -> NDArray[np.float64]:
 
 def ground_height(height: float) -> float:
     """Where ground that holds at a height is drawn [m]."""
-    return height - BELOW
+    return height - HALF_THICKNESS
 
 
 def ground(height: float, **where: Any) -> Surface:

@@ -19,9 +19,6 @@ GROUND_COLOUR = "#dcdde0"
 LINE_COLOUR = "#3a1d17"
 HAND_COLOUR = "#f2b134"
 
-#: Bodies are drawn this much smaller: cloth rests on them with its vertices, and its triangles are chords.
-SHRINK = 0.975
-
 #: Ends of the strain map, as a distance from 1: the smallest that holds nearly all of the cloth is taken.
 REACHES = (0.02, 0.05, 0.1, 0.2, 0.5, 0.95)
 
@@ -45,13 +42,15 @@ def bodies(session: Session) -> tuple[np.ndarray, np.ndarray]:
     """Everything the cloth can bump into but the floor, as one mesh: vertices (k, 3) as shown, triangles (l, 3)."""
     vertices: list[np.ndarray] = [np.zeros((0, 3))]
     triangles: list[np.ndarray] = [np.zeros((0, 3), dtype=np.int64)]
-    count = 0
+    count, body = 0, session.model.body
+    longest = stage.longest_edge(body.X, body.surface)
     for collider in session.colliders(session.state.time):
         if isinstance(collider, Plane):
             continue
         assert isinstance(collider, (Sphere, Capsule))
         fineness = {"rings": 10} if isinstance(collider, Capsule) else {}
-        surface = stage.collider_surface(collider, SHRINK * collider.radius, **fineness)
+        radius = stage.drawn_radius(collider, session.scene.contact, longest)
+        surface = stage.collider_surface(collider, radius, **fineness)
         vertices.append(np.asarray(surface.vertices))
         triangles.append(np.asarray(surface.triangles) + count)
         count += len(vertices[-1])
