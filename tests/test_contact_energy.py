@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -59,6 +61,58 @@ def test_penetration_is_taken_back_without_making_speed():
     assert run.energies.penetration[-1] < 1e-9
     assert run.energies.kinetic.max() < 1e-15
     assert run.energies.work[-1] == pytest.approx(0.2 * 9.81 * 0.01, rel=1e-6), "lifting it took work"
+
+
+@pytest.mark.parametrize(("height", "dt"), [(0.28, 1 / 240), (0.1, 1 / 60)], ids=["a-cap", "half"])
+def test_what_begins_inside_a_sphere_comes_out_without_being_strained(height, dt):
+    run = muslin.simulate(
+        "drape", resolution=16, start_at=(0.003, height, 0.005), dt=dt, steps=round(0.75 / dt)
+    )
+    assert run.energies.penetration[0] > 0.01
+    assert run.energies.penetration[-1] < 2e-3
+    assert_nothing_is_gained(run)
+    lifting = 0.2 * 9.81 * run.energies.penetration[0]
+    assert run.energies.total.max() < run.energies.total[0] + lifting, "no more than lifting the cloth takes"
+
+
+@pytest.mark.parametrize("dt", [1 / 60, 1 / 240])
+@pytest.mark.parametrize("gap", [0.0, -0.01], ids=["no-gap", "less-than-none"])
+def test_a_cloth_between_two_spheres_is_held_without_gaining_energy(gap, dt):
+    """Where the spheres overlap there is no place for it to be: it stays as it is."""
+    middle = 0.3 + gap / 2
+    spheres = Sphere((0.0, -middle, 0.0), 0.3), Sphere((0.0, middle, 0.0), 0.3)
+    scene = scenes.get("drape", resolution=12, start_at=(0.003, 0.0, 0.005), dt=dt, steps=round(0.4 / dt))
+    run = muslin.simulate(replace(scene, colliders=lambda *_: spheres))
+    energy = own_energy(run)
+    assert max(energy.max(), run.energies.total.max()) < 0.01 * 0.2 * 9.81 * 0.3
+    assert run.energies.penetration.max() <= run.energies.penetration[0] + 2e-3
+    assert np.ptp(run.x[:, 1]) > 0.2, "it hangs from where it is held"
+
+
+@pytest.mark.parametrize("height", [1.3, 10.3])
+def test_a_fall_of_metres_is_met_and_never_above_its_start(height):
+    run = muslin.simulate("drape", resolution=16, start_at=(0.003, height, 0.005), dt=1 / 60, steps=150)
+    assert run.energies.total.max() <= 1.01 * run.energies.total[0]
+    assert run.energies.contacts.max() > 10
+    assert run.energies.penetration.max() < 1e-6
+
+
+def test_a_sphere_of_a_centimetre_under_large_triangles_stores_nothing():
+    run = muslin.simulate(
+        "drape", resolution=32, sphere_radius=0.01, start_at=(0.003, 0.05, 0.005), dt=1 / 60, steps=40
+    )
+    assert run.energies.contacts.max() > 0
+    assert run.energies.total.max() <= 1.01 * run.energies.total[0]
+
+
+def test_a_gale_stores_no_more_than_it_blows():
+    run = muslin.simulate("hang", resolution=12, wind=(0, 0, -20), drag=1.2, steps=60)
+    pressure = 1.2 / 2 * 20**2
+    assert run.energies.elastic.max() < 0.05 * pressure, (
+        "a fraction of pressure times a square metre times a metre"
+    )
+    assert np.abs(run.v).max() < 20, "nothing is faster than the wind"
+    assert_nothing_is_gained(run)
 
 
 @pytest.mark.parametrize("friction", [0.55, 0.4])

@@ -69,13 +69,20 @@ class Touching:
         Of the step before.
     dt : float
         [s]
-    stiffness : float
+    stiffness : float or (c,) array
         k [kg].
     friction : float
         mu.
     """
 
-    def __init__(self, pairs: Pairs, pressed: Pressed, dt: float, stiffness: float, friction: float = 0.0):
+    def __init__(
+        self,
+        pairs: Pairs,
+        pressed: Pressed,
+        dt: float,
+        stiffness: float | np.ndarray,
+        friction: float = 0.0,
+    ):
         self.pairs, self.dt, self.stiffness, self.friction = pairs, dt, stiffness, friction
         count = len(pairs)
         along = np.einsum("ij,ij->i", pairs.normals, pairs.velocities)
@@ -110,7 +117,7 @@ class Touching:
     def value(self, v: np.ndarray) -> float:
         """What is added to the function, for velocities (3n,) [J]."""
         _, inwards, across = self._along(v)
-        phi = self.stiffness / 2 * float((np.minimum(inwards, 0.0) ** 2).sum())
+        phi = float(np.sum(self.stiffness / 2 * np.minimum(inwards, 0.0) ** 2))
         return phi + float(self.grip @ np.einsum("ij,ij->i", across, across)) / 2
 
     def gradient(self, v: np.ndarray) -> np.ndarray:
