@@ -190,3 +190,102 @@ def test_what_students_install_has_their_variant_and_nothing_that_judges_it(cour
     assert all("/practice/drawn/" in path or "/assignments/drawn/" in path for path in inside)
     judges = set(wheel.contents(judges=True)) - set(wheel.contents())
     assert "muslin/_shipped/judge/drawn/stress.py" in judges
+
+
+OWN = """
+[energies.mixed]
+says = "shape, and half of each of two measures of size"
+of = '''
+    shape, long, size = s[0] - s[1], s[0] * s[0] + s[1] * s[1] - 2, s[0] * s[1] - 1
+    return mu / 2 * shape * shape + (lam + mu) / 16 * long * long + (lam + mu) / 4 * size * size
+'''
+invariants = [[0.125, 0.125], [0.5, 0.5]]
+steps = '"s0 s1 - 1": s[0] * s[1] - 1'
+hints = { psi = ["Shape first."], dpsi_ds = ["Three chain rules."], d2psi_ds2 = ["Products."] }
+"""
+
+DOCSTRING = '''    """{}
+
+    s       : principal stretches, the normal's last, vec3 [1]
+    mu, lam : Lamé parameters [Pa]
+    returns : {}
+    """
+    # begin solution: {}
+'''
+
+ANSWERS = {
+    "psi": ("the formula above; two stretches", "density [J/m^3]", [
+        "long, size = s[0] ** 2 + s[1] ** 2 - 2, s[0] * s[1] - 1",
+        "return mu / 2 * (s[0] - s[1]) ** 2 + (lam + mu) * (long**2 / 16 + size**2 / 4)",
+    ]),
+    "dpsi_ds": ("differentiate psi once", "gradient, vec3 [Pa]", [
+        "k, long, size = (lam + mu) / 4, s[0] ** 2 + s[1] ** 2 - 2, s[0] * s[1] - 1",
+        "p0 = mu * (s[0] - s[1]) + k * (long * s[0] + 2 * size * s[1])",
+        "p1 = mu * (s[1] - s[0]) + k * (long * s[1] + 2 * size * s[0])",
+        "return ti.Vector([p0, p1, 0.0])",
+    ]),
+    "d2psi_ds2": ("differentiate psi twice", "Hessian, mat3 [Pa]", [
+        "k, long, size = (lam + mu) / 4, s[0] ** 2 + s[1] ** 2 - 2, s[0] * s[1] - 1",
+        "a = mu + k * (long + 2 * s[0] ** 2 + 2 * s[1] ** 2)",
+        "c = k * (2 * s[0] * s[1] + 2 * size + 2 * s[0] * s[1]) - mu",
+        "return ti.Matrix([[a, c, 0.0], [c, a, 0.0], [0.0, 0.0, 0.0]])",
+    ]),
+}  # fmt: skip
+
+
+def own_energy(course, tables):
+    """An instructor's own energy in a folder that nobody else reads."""
+    folder = course / "variants" / "cloth"
+    (folder / "mixed").mkdir(parents=True)
+    (folder / "energies.toml").write_text(OWN)
+    for file in ("handout.md", "judge.py"):
+        (folder / "mixed" / file).write_bytes((tables.folder / "neo-hookean" / file).read_bytes())
+    functions = []
+    for name, (words, returns, lines) in ANSWERS.items():
+        body = "".join(f"    {line}\n" for line in lines)
+        head = f"@ti.func\ndef {name}(s, mu, lam):\n" + DOCSTRING.format(name, returns, words)
+        functions.append(f"{head}{body}    # end solution\n")
+    (folder / "mixed" / "strain_energy.py").write_text("\n\n".join(functions), encoding="utf-8")
+    return folder
+
+
+def test_an_energy_of_ones_own_is_asked_for_and_simulated(tables, tmp_path, monkeypatch):
+    monkeypatch.setenv(paths.COURSE, str(tmp_path))
+    folder = own_energy(tmp_path, tables)
+    own = variants.Tables("cloth")
+    choice = variants.picked(own, ["mixed", "bulk", "modes"])
+    assert "It takes mu and kappa" in " ".join(
+        variants.write("cloth", "private", "a seed", choice, data=False)
+    )
+    functions = muslin.load(paths.solution("private"))
+    assert all(
+        right_on("private", functions, task) for task in ("psi", "dpsi_ds", "d2psi_ds2", "eigensystem")
+    )
+    mesh = grid(3, 3)
+    theirs = muslin.Cloth(mesh, mu=7.0, lam=4.0, functions=functions)
+    native = muslin.Cloth(mesh, mu=7.0, lam=4.0, energy=functions.assignment.energy)
+    x = mesh.vertices * [1.3, 0.9, 1.0]
+    (s,) = {tuple(pair) for pair in np.round(native.stretches(x), 12)}
+    shape, long, size = s[0] - s[1], s[0] ** 2 + s[1] ** 2 - 2, s[0] * s[1] - 1
+    right = 3.5 * shape**2 + 11 / 16 * long**2 + 11 / 4 * size**2
+    assert native.energy(x) == pytest.approx(right, rel=1e-9)
+    assert theirs.energy(x) == pytest.approx(right, rel=1e-9)
+    assert np.allclose(theirs.gradient(x), native.gradient(x), rtol=0, atol=1e-10)
+    with pytest.raises(MuslinError, match="mixed"):
+        variants.picked(tables, ["mixed"])  # tables read without that folder
+    answers = folder / "mixed" / "strain_energy.py"
+    answers.write_text(
+        answers.read_text(encoding="utf-8").replace("size**2 / 4", "size**2 / 3"), encoding="utf-8"
+    )
+    with pytest.raises(MuslinError, match="psi of this variant is not what its energy says"):
+        list(variants.write("cloth", "wrong", "a seed", choice, data=False))
+    assert not (tmp_path / "solutions" / "wrong").exists()
+    (folder / "energies.toml").write_text(OWN.replace("0.125, 0.125", "0.125, 0.25"))
+    with pytest.raises(MuslinError, match="another energy"):
+        variants.files(variants.Tables("cloth"), "x", choice)
+    (folder / "energies.toml").write_text(re.sub(r"invariants = .*\n", "", OWN))
+    with pytest.raises(MuslinError, match="does not say how it is simulated"):
+        variants.files(variants.Tables("cloth"), "x", choice)
+    (folder / "energies.toml").write_text("[[[")
+    with pytest.raises(MuslinError, match="not valid TOML"):
+        variants.Tables("cloth")

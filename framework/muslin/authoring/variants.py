@@ -10,114 +10,33 @@ the stubs, the handout, the hints, the manifest and with it cases, truth, proper
 from __future__ import annotations
 
 import json
-import random
 import re
 import shutil
-import sys
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
+
+import numpy as np
 
 from muslin.authoring import mistakes, reference_data
 from muslin.authoring import release as releasing
 from muslin.authoring.examples import answered
+from muslin.authoring.regions import read
+from muslin.authoring.variant_tables import FOLDER, Choice, Tables, draw, picked
 from muslin.base import paths
-from muslin.base.errors import MuslinError, choices
-from muslin.tasks import MANIFEST, Assignment, Value, read_assignment
-
-FOLDER = "variants"
+from muslin.base.errors import MuslinError
+from muslin.judging import cases
+from muslin.tasks import MANIFEST, Assignment, Value, load, read_assignment
+from muslin.tasks.batch import evaluate
 
 #: Which of the variant's choices it has, beside its solution: for those who teach with it.
 RECORD = "variant.json"
 
-#: Points that the published solution may still have, of 100, and how many conventions differ.
-MOST_KEPT, CONVENTIONS = 50, (3, 5)
+#: Largest relative error of a variant's own answers about its energy, and cases they are asked on.
+RIGHT, CASES = 1e-9, 10
+
+__all__ = ["Choice", "Tables", "chosen", "draw", "files", "picked", "write"]
 
 _TOKEN = re.compile(r"@([a-z]+(?:[./][\w.-]+)*(?:/[\w.-]+)?)@")
-
-
-@dataclass(frozen=True)
-class Choice:
-    """What a variant asks for: an energy, its parameters, and the conventions that are not the published ones."""
-
-    energy: str
-    parameters: str
-    conventions: tuple[str, ...]
-
-    def differences(self, other: Choice) -> int:
-        """In how many ways two variants differ."""
-        apart = set(self.conventions) ^ set(other.conventions)
-        return (self.energy != other.energy) + (self.parameters != other.parameters) + len(apart)
-
-
-class Tables:
-    """What variants of an assignment may choose from.
-
-    Raises
-    ------
-    MuslinError
-        If the assignment has no such tables.
-    """
-
-    def __init__(self, assignment: str):
-        self.source = paths.solution(assignment)
-        self.folder = self.source / FOLDER
-        if not self.folder.is_dir():
-            raise MuslinError(
-                f"Nobody has written which variants {assignment} may have: "
-                f"{paths.shown(self.folder)} is missing.",
-                "solutions/cloth/variants shows how.",
-            )
-        self.base = read_assignment(self.source)
-        self.energies, self.parameters = self._read("energies"), self._read("parameters")
-        self.conventions, self.every = self._read("conventions"), self._read("every")
-
-    def _read(self, name: str) -> dict[str, Any]:
-        if sys.version_info >= (3, 11):
-            import tomllib
-        else:
-            import tomli as tomllib
-
-        return tomllib.loads((self.folder / f"{name}.toml").read_text(encoding="utf-8"))
-
-    def touched(self, choice: Choice) -> frozenset[str]:
-        """Tasks that the published answer no longer solves."""
-        tasks = {task for name in choice.conventions for task in self.conventions[name]["wire"]}
-        for table, chosen in ((self.energies, choice.energy), (self.parameters, choice.parameters)):
-            tasks |= set(table["tasks"]) if chosen != table["published"] else set()
-        return frozenset(tasks)
-
-    def kept(self, choice: Choice) -> int:
-        """Points that the published solution would still get."""
-        touched = self.touched(choice)
-        return sum(task.points for name, task in self.base.tasks.items() if name not in touched)
-
-    def said(self, choice: Choice) -> list[str]:
-        """A choice in words, one line for each way in which it differs."""
-        told = [
-            f"The energy is {self.energies['energies'][choice.energy]['says']}.",
-            f"It takes {self.parameters['parameters'][choice.parameters]['says']}",
-        ]
-        return told + [self.conventions[name]["says"] for name in choice.conventions]
-
-
-def draw(tables: Tables, seed: str) -> Choice:
-    """The choice that belongs to a seed: of those in which the published solution gets at most half of the points."""
-    stream = random.Random(f"variant/{seed}")
-    while True:
-        conventions = sorted(stream.sample(sorted(tables.conventions), stream.randint(*CONVENTIONS)))
-        choice = Choice(
-            stream.choice(sorted(tables.energies["energies"])),
-            stream.choice(sorted(tables.parameters["parameters"])),
-            tuple(conventions),
-        )
-        published = (choice.energy, choice.parameters) == (
-            tables.energies["published"],
-            tables.parameters["published"],
-        )
-        if not published and tables.kept(choice) <= MOST_KEPT:
-            return choice
 
 
 def write(
@@ -163,6 +82,8 @@ def write(
             path = folders[0] / relative
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
+        if choice.energy != tables.energies["published"]:
+            _require_right(name, tables.energies["tasks"])
         handout = folders[0] / releasing.HANDOUT
         handout.write_text(answered(handout.read_text(encoding="utf-8"), folders[0]), encoding="utf-8")
         yield from tables.said(choice)
@@ -178,6 +99,20 @@ def write(
         for folder in folders:
             shutil.rmtree(folder, ignore_errors=True)
         raise
+
+
+def _require_right(name: str, tasks: Iterable[str]) -> None:
+    """Refuse a variant whose answers are not what its energy says."""
+    own = load(paths.source(name), read_assignment(paths.source(name)))
+    for task in tasks:
+        inputs = cases.draw_inputs(name, task, "own answers", CASES)
+        (right,) = cases.truth(name, task, inputs)
+        error = abs(np.asarray(evaluate(own[task], **dict[str, Any](inputs))) - right).max()
+        if not error <= RIGHT * abs(right).max():
+            raise MuslinError(
+                f"The answer {task} of this variant is not what its energy says.",
+                "Look at `of` in its table, and at its strain_energy.py.",
+            )
 
 
 def files(tables: Tables, name: str, choice: Choice) -> dict[str, bytes]:
@@ -218,36 +153,35 @@ def chosen(name: str) -> Choice | None:
 
 def _changes(tables: Tables, choice: Choice) -> Iterator[tuple[Mapping[str, list[Any]], Any]]:
     """Changes of files, in the order in which they are made, each with where its tokens are looked up."""
-    yield tables.every["change"], _Tokens(tables.folder, "", {})
+    yield tables.every["change"], _Tokens(tables, "", {})
     if choice.energy != tables.energies["published"]:
-        energy = {"energy": choice.energy, **tables.energies["energies"][choice.energy]}
-        yield tables.energies["change"], _Tokens(tables.folder, choice.energy, energy)
+        energy = tables.energy(choice.energy)
+        yield tables.energies["change"], _Tokens(tables, choice.energy, energy)
     for name in tables.conventions:
         if name in choice.conventions and name != "thickness":
-            yield tables.conventions[name]["change"], _Tokens(tables.folder, name, {})
+            yield tables.conventions[name]["change"], _Tokens(tables, name, {})
     if choice.parameters != tables.parameters["published"]:
         entry = dict(tables.parameters["parameters"][choice.parameters])
         values = ", ".join(f"{name} = {json.dumps(text)}" for name, text in entry.pop("values").items())
         words = {**entry, "values": values, "names": ", ".join(entry["names"])}
-        yield tables.parameters["change"], _Tokens(tables.folder, choice.parameters, words)
+        yield tables.parameters["change"], _Tokens(tables, choice.parameters, words)
     if "thickness" in choice.conventions:  # last: units stand everywhere
-        yield tables.conventions["thickness"]["change"], _Tokens(tables.folder, "thickness", {})
+        yield tables.conventions["thickness"]["change"], _Tokens(tables, "thickness", {})
 
 
 class _Tokens:
     """What stands for `@name@` in a change: an entry of a table, or a file."""
 
-    def __init__(self, folder: Path, own: str, entries: Mapping[str, Any]):
-        self.folder, self.own, self.entries = folder, own, entries
+    def __init__(self, tables: Tables, own: str, entries: Mapping[str, Any]):
+        self.tables, self.own, self.entries = tables, own, entries
 
     def __call__(self, match: re.Match[str]) -> str:
         found: Any = self.entries
         for key in match[1].split("."):
             found = found.get(key) if isinstance(found, Mapping) else None
         if found is None:
-            own = match[1].startswith("energy/")
-            path = self.folder / self.own / match[1].partition("/")[2] if own else self.folder / match[1]
-            found = path.read_text(encoding="utf-8")
+            inside = re.sub("^energy/", f"{self.own}/", match[1])
+            found = read(self.tables.path(inside))
         if isinstance(found, list):
             return "".join(f"  {json.dumps(line)},\n" for line in found)
         return str(found)
@@ -321,29 +255,3 @@ def _described(values: Iterable[Value]) -> Iterator[tuple[str, str]]:
 
 def _inline(entries: Iterable[tuple[str, str]]) -> str:
     return "{ " + ", ".join(f"{name} = {json.dumps(text)}" for name, text in entries) + " }"
-
-
-def picked(tables: Tables, names: Iterable[str]) -> Choice:
-    """A choice by the names of its parts; what is not named is as it was published.
-
-    Raises
-    ------
-    MuslinError
-        If there is no such part, or two energies or parameters are named.
-    """
-    one = {"energy": dict(tables.energies["energies"]), "parameters": dict(tables.parameters["parameters"])}
-    found = {"energy": tables.energies["published"], "parameters": tables.parameters["published"]}
-    conventions, named = [], set()
-    for name in names:
-        kind = next((kind for kind, known in one.items() if name in known), None)
-        if kind is None and name not in tables.conventions:
-            every = [*one["energy"], *one["parameters"], *tables.conventions]
-            raise MuslinError(f"There is no {name!r} to pick.", choices(name, every))
-        if kind in named:
-            raise MuslinError(f"Pick one of these: {', '.join(one[str(kind)])}.")
-        if kind is None:
-            conventions.append(name)
-        else:
-            named.add(kind)
-            found[kind] = name
-    return Choice(found["energy"], found["parameters"], tuple(sorted(set(conventions))))

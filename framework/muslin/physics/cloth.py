@@ -13,6 +13,7 @@ from muslin.base import runtime
 from muslin.base.errors import MuslinError
 from muslin.physics.bending import require_model
 from muslin.physics.body import OTHERS, PARTS, Body
+from muslin.physics.invariants import weights
 from muslin.physics.roles import Roles, checked
 from muslin.tasks import Functions
 from muslin.tasks.wiring import as_called
@@ -71,8 +72,8 @@ class Cloth(Body):
         A folder's functions, from `muslin.load`: the lecture's 3x3 element. Without them the framework's own
         3x2 element.
     energy : {"linearised", "area", "volumetric", "green", "green-area", "neo-hookean"}
-        Energy of the stretches (see `muslin.physics.elements.native`). The default is the one that the functions'
-        assignment asks for, which alone uses the student's strain energy; without functions the linearised one.
+        Energy of the stretches, or one of your own (see `muslin.physics.invariants`). The default is the one that the
+        functions' assignment asks for, which alone uses the student's strain energy; without functions the linearised.
     hessian : {"closed", "lecture"}
         Which of the two roads to the Hessian the student's functions take.
     stand_ins : names of tasks
@@ -225,5 +226,5 @@ def _check_parameters(mu: float, lam: float, rho: float, h: float, energy: str, 
             f"lam = {lam} must be a number above -mu = {-mu}.", "Otherwise the cloth is unstable at rest."
         )
     for what, chosen, known in (("energy", energy, ENERGIES), ("hessian", hessian, HESSIANS)):
-        if chosen not in known:
+        if chosen not in known and not (what == "energy" and weights(chosen)):
             raise MuslinError(f"There is no {what} {chosen!r}.", f"There is: {', '.join(known)}.")

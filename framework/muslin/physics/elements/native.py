@@ -13,18 +13,10 @@ from muslin.base.launch import Launch, is_small
 from muslin.physics.elements import modes
 from muslin.physics.elements.element import Element, Membrane, Rest, apart
 from muslin.physics.elements.native_kernels import element, gradients_at_rest, of_invariants
+from muslin.physics.invariants import weights
 
 #: What lam weighs: (s_0 + s_1 - 2)^2 / 2 and (s_0 s_1 - 1)^2 / 2.
 TERMS = {"linearised": (1.0, 0.0), "area": (0.0, 1.0), "volumetric": (0.0, 1.0)}
-
-#: Energies mu/2 (s_0 - s_1)^2 + a/2 (I - 2)^2 + b/2 (J - 1)^2 of I = s_0^2 + s_1^2 and J = s_0 s_1: a and b, each as
-#: parts of (mu, lam). St. Venant-Kirchhoff's, of Green's strains (s_i^2 - 1)/2; the same with (J - 1)^2 for the size;
-#: Neo-Hooke's without its pole (Smith, de Goes, Kim 2018). For small strains all are the linearised one.
-INVARIANTS = {
-    "green": ((0.5, 0.25), (-1.0, 0.0)),
-    "green-area": ((0.5, 0.0), (-1.0, 1.0)),
-    "neo-hookean": ((0.0, 0.0), (1.0, 1.0)),
-}
 
 
 class NativeElement(Element):
@@ -38,16 +30,16 @@ class NativeElement(Element):
     """
 
     def __init__(self, rest: Rest, membrane: Membrane):
-        if membrane.energy not in TERMS and membrane.energy not in INVARIANTS:
+        chosen = weights(membrane.energy)
+        if membrane.energy not in TERMS and chosen is None:
             raise MuslinError(
                 f"The native element does not have the energy {membrane.energy!r}.", "Run with functions."
             )
         m = len(rest.triangles)
         super().__init__(rest.X, rest.triangles, (m, modes.LENGTH))
-        kernel, weights = element, [(0.0, share) for share in TERMS.get(membrane.energy, ())]
-        if membrane.energy in INVARIANTS:
-            kernel, weights = of_invariants, list(INVARIANTS[membrane.energy])
-        terms = (float(membrane.mu), *(float(a * membrane.mu + b * membrane.lam) for a, b in weights))
+        kernel = element if chosen is None else of_invariants
+        shares = chosen or tuple((0.0, share) for share in TERMS[membrane.energy])
+        terms = (float(membrane.mu), *(float(a * membrane.mu + b * membrane.lam) for a, b in shares))
         g = rest_gradients(*apart(rest.X, rest.triangles), rest.normal)
         self._orders = np.zeros(2, dtype=np.int32)
         out = (self.energies, self.gradients, self.hessians)

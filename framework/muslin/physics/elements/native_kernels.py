@@ -136,7 +136,7 @@ def element(serial: bool):
 
 @functools.cache
 def of_invariants(serial: bool):
-    """As `element`, of the energies mu/2 (s_0 - s_1)^2 + a/2 (I - 2)^2 + b/2 (J - 1)^2 (see `native.INVARIANTS`)."""
+    """As `element`, of mu/2 (s_0 - s_1)^2 + a/2 (I - 2)^2 + b/2 (J - 1)^2 (see `muslin.physics.invariants`)."""
 
     @ti.kernel
     def kernel(
