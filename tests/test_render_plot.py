@@ -5,7 +5,7 @@ import pytest
 from PIL import Image
 
 from muslin.base.errors import MuslinError
-from muslin.render import line_plot, plot_energies
+from muslin.render import line_plot, plot_energies, plot_momenta
 from muslin.render.materials import linear, srgb
 from muslin.render.plot import COLOURS, ENERGY_COLOURS
 
@@ -31,6 +31,18 @@ def test_an_energy_plot_shows_every_curve_and_is_written(tmp_path):
         rows, columns = pixels(image, ENERGY_COLOURS[name])
         assert np.ptp(columns) > 600  # from one end of the axes to the other
         assert len(rows) > 300
+
+
+def test_momenta_are_drawn_in_pictures_of_their_own_where_a_run_has_them():
+    t = np.linspace(0, 2, 100)
+    table = {name: (k + 1) * np.sin(3 * t + k) for k, name in enumerate(("px", "py", "pz", "lx", "ly", "lz"))}
+    for image in plot_momenta(table, t):
+        for colour in COLOURS[:3]:
+            assert np.ptp(pixels(image, colour)[1]) > 600
+    assert len(plot_momenta(table, t)) == 2
+    old = table | dict.fromkeys(("lx", "ly", "lz"), np.full(100, np.nan))
+    assert len(plot_momenta(old, t)) == 1
+    assert plot_momenta({"kinetic": t}, t) == []
 
 
 def test_a_rising_line_rises_and_a_power_law_is_straight_on_logarithmic_axes():

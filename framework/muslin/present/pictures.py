@@ -302,14 +302,14 @@ def _pictures(
 
 
 def energy_plot(run: RunFolder, base: Path) -> list[Path]:
-    """Plot a run's energies beside `base`; returns the file, or nothing for a run of one row."""
+    """Plot a run's energies and momenta beside `base`; returns the file, or nothing for a run of one row."""
     table = run.energies
     if len(table) < 2:
         return []
     energies = {name: table[name] for name in ("kinetic", "elastic", "gravity", "total")}
-    plot = beside(base, "-energies.png")
-    render.plot_energies(energies, table["time"], plot, title=run.scene.title)
-    return [plot]
+    image = render.plot_energies(energies, table["time"], title=run.scene.title)
+    momenta = render.plot_momenta({name: table[name] for name in table.dtype.names}, table["time"])
+    return [render.write_png(beside(base, "-energies.png"), np.concatenate([image, *momenta]))]
 
 
 def animation(folder: Path | str) -> Animation:

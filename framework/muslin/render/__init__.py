@@ -16,7 +16,7 @@
 | `colours`   | what a surface's own colour is: strain map, checker, weave |
 | `shade`     | kernels: sky, sun, colour of every pixel |
 | `movie`     | `Movie`: mp4, WebP, GIF or a folder of PNGs |
-| `plot`      | `plot_energies`, `line_plot` |
+| `plot`      | `plot_energies`, `plot_momenta`, `line_plot` |
 
 Importing this starts nothing; Taichi starts and kernels compile with the first picture.
 """
@@ -29,7 +29,7 @@ from muslin.render.lighting import Light
 from muslin.render.materials import CLOTH, GROUND, MUSLIN, PROP, Material, strain_colours
 from muslin.render.movie import Movie, write_movie
 from muslin.render.picture import draw, write_png
-from muslin.render.plot import line_plot, plot_energies
+from muslin.render.plot import line_plot, plot_energies, plot_momenta
 from muslin.render.shapes import Surface, capsule_surface, ground_surface, sphere_surface
 
 __all__ = [
@@ -49,6 +49,7 @@ __all__ = [
     "ground_surface",
     "line_plot",
     "plot_energies",
+    "plot_momenta",
     "sphere_surface",
     "strain_colours",
     "text_overlay",

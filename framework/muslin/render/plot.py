@@ -65,6 +65,38 @@ def plot_energies(
     return image
 
 
+#: Columns of a run's log with its linear momentum and its angular momentum about the centre of mass, and their units.
+MOMENTA = {
+    "linear momentum": (("px", "py", "pz"), "N s"),
+    "angular momentum about the centre of mass": (("lx", "ly", "lz"), "N m s"),
+}
+
+
+def plot_momenta(
+    table: Mapping[str, ArrayLike], times: ArrayLike, size: tuple[int, int] = (960, 360)
+) -> list[Image]:
+    """The linear and the angular momentum of a run over time, a picture of `size` each.
+
+    Parameters
+    ----------
+    table : mapping of name to (n,) array
+        Columns of `MOMENTA`; of what is not there at all, or nowhere a number, there is no picture.
+    times : (n,) array [s]
+    size : (width, height) in pixels
+
+    Returns
+    -------
+    list of (height, width, 3) uint8
+    """
+    t = np.asarray(times, dtype=float)
+    images = []
+    for title, (names, unit) in MOMENTA.items():
+        curves = {name: (t, table[name]) for name in names if name in table}
+        if any(np.isfinite(np.asarray(y, dtype=float)).any() for _, y in curves.values()):
+            images.append(line_plot(curves, title, "time", "momentum", "s", unit, size=size))
+    return images
+
+
 def line_plot(
     curves: Mapping[str, tuple[ArrayLike, ArrayLike]],
     title: str = "",
