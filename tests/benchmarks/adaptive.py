@@ -26,15 +26,10 @@ from scipy.spatial import cKDTree
 SCENE = {
     "integrator": "linearly-implicit", "contact": "solve", "friction": 0.3, "ground": -0.3, "bending": "quadratic",
 }  # fmt: skip
-BASE = {"adaptive": "on", "resolution": 14, "adapt_every": 4}
+BASE = {"adaptive": "on", "resolution": 20, "levels": 2, "adapt_every": 4}
 RUNS: dict[str, dict[str, Any]] = {
-    "uniform 20": {"resolution": 20},
-    "uniform 32": {"resolution": 32},
-    "uniform 48": {"resolution": 48},
-    "uniform 64": {"resolution": 64},
-    "adaptive, 800": BASE | {"levels": 2, "budget": 800},
-    "adaptive, 1600": BASE | {"levels": 2, "budget": 1600},
-    "adaptive, 4000": BASE | {"levels": 3, "budget": 4000},
+    **{f"uniform {size}": {"resolution": size} for size in (20, 32, 48, 64)},
+    **{f"adaptive, {budget}": BASE | {"budget": budget} for budget in (1000, 2000, 4000)},
 }
 
 
@@ -64,13 +59,15 @@ def measured(asked: dict[str, Any], file: Path) -> dict[str, Any]:
         return found | {"x": saved["x"], "triangles": saved["triangles"]}
 
 
-def points(x: np.ndarray, triangles: np.ndarray, spacing: float = 0.004) -> np.ndarray:
-    """Points all over a surface, this far apart or less [m]."""
+def points(x: np.ndarray, triangles: np.ndarray, count: int = 40_000) -> np.ndarray:
+    """Points all over a surface, as many everywhere, whatever its triangles, (count, 3)."""
     a, b, c = x[triangles].transpose(1, 0, 2)
-    parts = int(np.ceil(np.linalg.norm(np.concatenate([b - a, c - b, a - c]), axis=1).max() / spacing))
-    i, j = np.meshgrid(np.arange(parts + 1), np.arange(parts + 1))
-    u, v = (w[i + j <= parts] / parts for w in (i, j))
-    return (a[:, None] + u[:, None] * (b - a)[:, None] + v[:, None] * (c - a)[:, None]).reshape(-1, 3)
+    area = np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    draw = np.random.default_rng(0)
+    which = draw.choice(len(triangles), count, p=area / area.sum())
+    u, v = draw.random((2, count, 1))
+    u, v = np.where(u + v > 1, 1 - u, u), np.where(u + v > 1, 1 - v, v)
+    return np.asarray(a[which] + u * (b - a)[which] + v * (c - a)[which])
 
 
 def errors(
@@ -79,8 +76,11 @@ def errors(
     """How far a run is from the truth."""
     from silhouettes import outline, overlap
 
-    mine, theirs = (points(run["x"], run["triangles"]) for run in (found, truth))
-    ways = [cKDTree(b).query(a)[0].mean() for a, b in ((mine, theirs), (theirs, mine))]
+    surfaces = [(run["x"], run["triangles"]) for run in (found, truth)]
+    ways = [
+        cKDTree(points(*there, 400_000)).query(points(*here))[0].mean()
+        for here, there in (surfaces, surfaces[::-1])
+    ]
     seen = [outline(run["x"], run["triangles"], view) for run in (found, truth)]
     return {"distance": float(np.mean(ways)), "outline": 1 - overlap(*seen)}
 
