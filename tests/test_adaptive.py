@@ -293,3 +293,24 @@ def test_a_mesh_is_not_changed_for_a_few_triangles(monkeypatch):
     assert adapter.adapt(state) is state
     ask[:20] = 2.0
     assert adapter.adapt(state) is not state
+
+
+def test_paraview_gets_the_mesh_of_each_frame(tmp_path):
+    import meshio
+
+    from muslin.present.pictures import export_run
+
+    muslin.simulate("drape", **DRAPE, out=tmp_path / "run")
+    read = RunFolder(tmp_path / "run")
+    files = [file for file in export_run(tmp_path / "run", "pvd") if "sphere" not in file.name]
+    pieces = [file for file in files if file.suffix == ".vtu" and "plane" not in file.name]
+    assert len(pieces) == len(read.frames)
+    counts = set()
+    for k, file in enumerate(pieces):
+        piece, (rest, triangles) = meshio.read(file), read.mesh_of(k)
+        assert np.array_equal(piece.cells_dict["triangle"], triangles)
+        assert np.array_equal(piece.points, read.frames[k])
+        assert np.array_equal(piece.point_data["displacement"], read.frames[k] - rest)
+        assert len(piece.point_data["strain"]) == len(rest)
+        counts.add(len(triangles))
+    assert len(counts) > 1

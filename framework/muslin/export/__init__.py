@@ -35,12 +35,12 @@ from pathlib import Path
 from typing import Any
 
 from muslin.base.errors import MuslinError
-from muslin.export.animation import Animation, Prop, Solid
+from muslin.export.animation import Animation, Prop, Shape, Solid
 from muslin.export.gltf import MAX_FRAMES, write_glb
 from muslin.export.series import write_obj, write_ply, write_pvd
 from muslin.export.usd import write_usda
 
-__all__ = ["FORMATS", "MAX_FRAMES", "Animation", "Prop", "Solid", "write"]
+__all__ = ["FORMATS", "MAX_FRAMES", "Animation", "Prop", "Shape", "Solid", "write"]
 
 # Format -> (writer, extension of the path it is given, what a person calls it).
 FORMATS: dict[str, tuple[Callable[..., list[Path]], str, str]] = {

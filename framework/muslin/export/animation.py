@@ -87,6 +87,25 @@ class Solid:
 
 
 @dataclass(frozen=True, eq=False)
+class Shape:
+    """A cloth in one frame, on the mesh it has in that frame.
+
+    Parameters
+    ----------
+    x, rest : (n, 3) float
+        Positions, deformed and undeformed [m].
+    triangles : (m, 3) int
+    strain : (n,) float
+        A number per vertex to colour it by [1].
+    """
+
+    x: np.ndarray
+    rest: np.ndarray
+    triangles: np.ndarray
+    strain: np.ndarray
+
+
+@dataclass(frozen=True, eq=False)
 class Animation:
     """A cloth in motion. Y is up.
 
@@ -109,6 +128,9 @@ class Animation:
         sRGB, "#rrggbb".
     solid : Solid, optional
         What is inside.
+    adapted : callable k -> Shape, optional
+        Where the cloth's mesh changes: what it is in frame k. Formats with a mesh for each frame that have a use for
+        it take this; for others `frames` are the same cloth on one mesh.
 
     Raises
     ------
@@ -125,6 +147,7 @@ class Animation:
     strain: Callable[[int], Any] | None = None
     colour: str = CLOTH_COLOUR
     solid: Solid | None = None
+    adapted: Callable[[int], Shape] | None = None
 
     def __post_init__(self) -> None:
         times = np.asarray(self.times, dtype=np.float64)

@@ -20,7 +20,7 @@ def write_pvd(animation: Animation, path: Path, notice: Notice) -> list[Path]:
     Point data of the cloth: `displacement` from the rest shape [m], and `strain` [1] where the animation has
     it. Props are parts of their own, in `drape_sphere_0000.vtu`; one that stands still is one file. So are the
     tetrahedra of a solid, in `drape_solid_0000.vtu`, with `displacement` [m] and the cells' `von_mises` [Pa]. All
-    numbers are float64. If writing is interrupted, the PVD names the frames written so far.
+    numbers are float64. The mesh of an adaptive cloth is that of each frame. If writing is interrupted, the PVD names the frames written so far.
 
     Parameters
     ----------
@@ -50,14 +50,19 @@ def write_pvd(animation: Animation, path: Path, notice: Notice) -> list[Path]:
     def piece(body: Body, k: int) -> Path:
         file = numbered(pieces, k, "" if body.rest is not None else body.name)
         if file not in written:
-            x = body.at(k)
             data: dict[str, Any] = {}
-            if body.rest is not None:
-                data["displacement"] = x - body.rest
-                strain = animation.strain_at(k)
-                if strain is not None:
-                    data["strain"] = strain
-            _meshio(file, meshio.Mesh(x, [("triangle", body.triangles)], point_data=data), "vtu")
+            if body.rest is not None and animation.adapted is not None:
+                shape = animation.adapted(k)
+                x, triangles = shape.x, shape.triangles
+                data = {"displacement": x - shape.rest, "strain": shape.strain}
+            else:
+                x, triangles = body.at(k), body.triangles
+                if body.rest is not None:
+                    data["displacement"] = x - body.rest
+                    strain = animation.strain_at(k)
+                    if strain is not None:
+                        data["strain"] = strain
+            _meshio(file, meshio.Mesh(x, [("triangle", triangles)], point_data=data), "vtu")
             written[file] = None
         return file
 

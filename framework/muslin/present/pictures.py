@@ -314,7 +314,7 @@ def energy_plot(run: RunFolder, base: Path) -> list[Path]:
 
 def animation(folder: Path | str) -> Animation:
     """A run as an animation to export."""
-    from muslin.export import Animation, Prop, Solid
+    from muslin.export import Animation, Prop, Shape, Solid
 
     run = RunFolder(folder)
     show = Show(run)
@@ -330,9 +330,14 @@ def animation(folder: Path | str) -> Animation:
     if run.changes:
         carried = Carried(run)
         rest, triangles = carried.mesh.vertices, carried.mesh.triangles
+
+        def adapted(k: int) -> Shape:
+            x, (own, corners) = np.asarray(run.frames[k]), run.mesh_of(k)
+            return Shape(x, own, corners, vertex_strain(own, x, corners))
+
         return Animation(
             show.times, carried, triangles, rest, name=run.scene.name, props=tuple(props),
-            strain=lambda k: vertex_strain(rest, carried[k], triangles),
+            strain=lambda k: vertex_strain(rest, carried[k], triangles), adapted=adapted,
         )  # fmt: skip
     return Animation(
         show.times, run.frames, run.shown_triangles, run.rest,
