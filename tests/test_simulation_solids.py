@@ -17,7 +17,7 @@ from muslin.mesh.filling import fill
 from muslin.mesh.tets import signed_volumes
 from muslin.physics.skinning import bind
 from muslin.physics.solid import ENERGIES, Solid, constants
-from muslin.present import demo_solids, pictures
+from muslin.present import demo_solids, film, pictures
 from muslin.present.strain import vertex_stress
 from muslin.simulation import scenes
 from muslin.simulation.model import Model
@@ -300,3 +300,8 @@ def test_the_demo_films_the_creature_with_its_skin(tmp_path):
     for file in ("jelly.mp4", "jelly.png", "jelly-energies.png", "run/display/000002.npy"):
         assert (tmp_path / file).is_file()
     assert "reference solution" in said[0]
+    assert said[1].startswith("First frame after")  # a picture of the skin, before the run has ended
+    run = RunFolder(tmp_path / "run")
+    opening = film._opening(run.scene)
+    np.testing.assert_allclose(opening.frames[0], run.frames[0], atol=1e-12)
+    np.testing.assert_array_equal(opening.shown_triangles, run.shown_triangles)

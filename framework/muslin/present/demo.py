@@ -5,10 +5,14 @@ from __future__ import annotations
 import time
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from muslin.base import paths
 from muslin.simulation import scenes
+
+if TYPE_CHECKING:
+    from muslin.simulation.marching import Run
+    from muslin.simulation.scenes import Scene
 
 #: What is shown: the drape on a sphere that stands on the floor, as long as it takes to come to rest.
 SHOWN = {"ground": -0.3, "steps": 240}
@@ -41,43 +45,15 @@ def run(
     """
     from muslin.judging import reference
     from muslin.present import pictures as show
-    from muslin.present.film import Filming
-    from muslin.simulation.simulating import simulate
     from muslin.solve.solvers import choose
     from muslin.tasks import load
 
-    began = time.monotonic()
-
-    def first(path: Path) -> None:
-        say(f"First frame after {time.monotonic() - began:.1f} s: {paths.shown(path)}")
-
     every = 1 if choose() == "cholmod" else 2  # what the slower solver took, the film gives back
+    solution = paths.solution("cloth") if paths.in_repository() else None
+    whose = "the reference solution" if solution else "the native element"
+    say(f"Simulating a drape with {whose} ({choose()}), and filming it ...")
     scene = scenes.get("drape", **SHOWN)
-    filming = Filming(
-        scene, out / "run", out / "drape", around=AROUND, quality=quality, every=every,
-        on_first=first,
-    )  # fmt: skip
-    try:
-        with filming:
-            solution = load(paths.solution("cloth")) if paths.in_repository() else None
-            say(
-                f"Simulating a drape with {'the reference solution' if solution else 'the native element'} "
-                f"({choose()}), and filming it ..."
-            )
-            with progress("simulating") as tick:
-
-                def on_step(step: int, steps: int) -> None:
-                    tick(step, steps)
-                    filming.on_step(step, steps)
-
-                result = simulate(scene, functions=solution, out=out / "run", on_step=on_step)
-            if result.interrupted:
-                raise KeyboardInterrupt
-            with progress("filming") as tick:
-                written = filming.finish(tick)
-    except KeyboardInterrupt:
-        say(f"Stopped. What was simulated and filmed until now is in {paths.shown(out)}.")
-        raise
+    result, written = filmed(scene, solution, out, quality, progress, say, around=AROUND, every=every)
     say("\nEnergies [J]\n  time [s]    kinetic    elastic    gravity      total")
     table = result.energies
     for row in table[:: max(1, len(table) // 8)]:
@@ -86,5 +62,62 @@ def run(
         )
     if solution:
         say("\nThe reference solution against the reference data")
-        say_verdicts(reference.check(solution))
+        say_verdicts(reference.check(load(solution)))
     say(f"\nWrote {show.shown(written)}.")
+
+
+def filmed(
+    scene: Scene,
+    functions: Path | None,
+    out: Path,
+    quality: str,
+    progress: Callable[[str], Any],
+    say: Callable[[str], Any],
+    **how: Any,
+) -> tuple[Run, list[Path]]:
+    """Simulate a scene, and film it meanwhile: the run, and the files written.
+
+    Parameters
+    ----------
+    scene : Scene
+    functions : Path, optional
+        Folder of those to simulate with. Default: Muslin's own element.
+    out : Path
+        Folder for `run`, and the film and still, named after the scene.
+    quality, progress, say
+        As for `run`.
+    **how
+        As for `Filming`: what the camera must see, ...
+
+    Raises
+    ------
+    KeyboardInterrupt
+        If it is stopped; what there is by then is kept.
+    """
+    from muslin.present.film import Filming
+    from muslin.simulation.simulating import simulate
+    from muslin.tasks import load
+
+    began = time.monotonic()
+
+    def first(path: Path) -> None:
+        say(f"First frame after {time.monotonic() - began:.1f} s: {paths.shown(path)}")
+
+    filming = Filming(scene, out / "run", out / scene.name, quality=quality, on_first=first, **how)
+    try:
+        with filming:
+            with progress("simulating") as tick:
+
+                def on_step(step: int, steps: int) -> None:
+                    tick(step, steps)
+                    filming.on_step(step, steps)
+
+                found = load(functions) if functions else None
+                result = simulate(scene, functions=found, out=out / "run", on_step=on_step)
+            if result.interrupted:
+                raise KeyboardInterrupt
+            with progress("filming") as tick:
+                return result, filming.finish(tick)
+    except KeyboardInterrupt:
+        say(f"Stopped. What was simulated and filmed until now is in {paths.shown(out)}.")
+        raise

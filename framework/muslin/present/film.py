@@ -32,6 +32,7 @@ import numpy as np
 
 from muslin.base.child import Child, python
 from muslin.base.errors import MuslinError
+from muslin.physics.skinning import bind
 from muslin.simulation import scenes
 from muslin.simulation.scenes import Scene
 
@@ -209,7 +210,11 @@ class _Opening:
 
 def _opening(scene: Scene) -> _Opening:
     mesh = scene.load_mesh()
-    return _Opening(scene, mesh.vertices, mesh.triangles, [scene.start(scene, mesh)], np.zeros(1))
+    start, shown, cells = scene.start(scene, mesh), scene.skin(mesh), getattr(mesh, "cells", None)
+    if shown is None:
+        return _Opening(scene, mesh.vertices, mesh.triangles, [start], np.zeros(1), cells)
+    there = bind(shown, mesh).carry(start)
+    return _Opening(scene, shown.vertices, shown.triangles, [there], np.zeros(1), cells)
 
 
 def _film(order: dict[str, Any], heard: Callable[[], str], tell: Callable[..., Any]) -> list[Path]:
