@@ -304,4 +304,4 @@ def test_the_demo_films_the_creature_with_its_skin(tmp_path):
     run = RunFolder(tmp_path / "run")
     opening = film._opening(run.scene)
     np.testing.assert_allclose(opening.frames[0], run.frames[0], atol=1e-12)
-    np.testing.assert_array_equal(opening.shown_triangles, run.shown_triangles)
+    np.testing.assert_array_equal(opening.triangles, run.shown_triangles)

@@ -53,6 +53,7 @@ class _Positions:
         self._here = step.place(v)[step.free]
         self._v0, self._y0 = v[step.free], self._here
         self._scale = np.inf
+        self._value: float | None = None
         self._assembled: Hessian | None = None
 
     def go(self, y: np.ndarray) -> float:
@@ -62,12 +63,15 @@ class _Positions:
             raise StudentCodeError(
                 f"newtons_method asks for the objective at an array of shape {y.shape}; x has {self._y0.shape}."
             )
+        if self._value is not None and np.array_equal(y, self._here):
+            return self._value
         self._here, self._assembled = y.copy(), None
         self._v[self.step.free] = self._v0 + (y - self._y0) / self.step.dt
         try:
-            return float(self.step.value(self._v.copy()))
+            self._value = float(self.step.value(self._v.copy()))
         except SimulationError:  # a cell collapsed
-            return np.inf
+            self._value = np.inf
+        return self._value
 
     def _at(self, y: np.ndarray) -> None:
         if not np.array_equal(y, self._here):
