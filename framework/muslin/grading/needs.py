@@ -5,6 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -22,8 +23,15 @@ TINY = 1e-290
 #: How closely what is known of a linear dependence must be met before a change is worked out to the end.
 NEAR = 1e-5
 
-#: Steps of Newton's method towards the number an expression must be, and how small a step is taken to see the way.
-NEWTON, STEP = 12, 1e-7
+#: Cases by which most of what may stand in a place is told not to fit.
+FEW = 5
+
+#: Share of the cases in which a number must be met that Newton's method has found: there may be two that make all right.
+MOST_CASES = 0.7
+
+#: Steps of Newton's method towards the number an expression must be, how small a step is taken to see the way, and for
+#: how many expressions of a function.
+NEWTON, STEP, SOLVED_FOR = 9, 1e-7, 16
 
 
 @dataclass(frozen=True)
@@ -85,6 +93,7 @@ class Needs:
         self.smooth = np.concatenate([np.full(e[0].size, e.dtype.kind != "i") for e in expected])
         self._bent = bent(self.meaning.node)
         self._slopes: dict[int, Slope | Target | bool] = {}
+        self._solved_for = 0
 
     def _flat(self, results: Sequence[Any]) -> np.ndarray:
         """All results of each case in a row, in units of their scales, (b, m)."""
@@ -101,28 +110,65 @@ class Needs:
     def _solved(self, node: Any, flat: np.ndarray) -> Target | bool:
         """The number an expression must be in each case, by Newton's method; True if it is not found."""
         asked = self.asked & self.smooth
-        value, seen = flat[:, 0].copy(), np.ix_(self.usable, asked)
-        if not asked.any():
+        value, changes = flat[:, 0].copy(), np.zeros(len(flat), dtype=bool)
+        met, now = changes, self.came
+        if not asked.any() or self._solved_for >= SOLVED_FOR:
             return True
-        for _ in range(NEWTON):
+        self._solved_for += 1
+        for k in range(NEWTON):
             step = STEP * (np.abs(value) + 1e-3)
-            now, then = (
-                self._flat(self.meaning.otherwise({id(node): Fixed(one)})) for one in (value, value + step)
-            )
+            if k:
+                now = self._flat(self.meaning.otherwise({id(node): Fixed(value)}))
+            then = self._flat(self.meaning.otherwise({id(node): Fixed(value + step)}))
             slope, lacking = (then - now) / step[:, None], np.where(asked, self.right - now, 0.0)
-            if (np.abs(lacking[seen]) <= NEAR * 0.01).all():
-                changes = np.abs(slope[:, asked]).max(axis=1) > 1e-9
+            met = (np.abs(lacking) <= NEAR * 0.01).all(axis=1) & self.usable
+            changes |= np.abs(slope[:, asked]).max(axis=1) > 1e-9
+            if met[self.usable].all():
                 return Target(value, self.usable & changes)
             square = np.sum(np.where(asked, slope, 0.0) ** 2, axis=1)
             way = np.sum(np.where(asked, slope, 0.0) * lacking, axis=1) / np.where(square > 0, square, np.inf)
-            value = value + np.where(np.isfinite(way), way, 0.0)
-        return True
+            value = value + np.where(np.isfinite(way) & ~met, way, 0.0)
+        return Target(value, met & changes) if met.sum() > MOST_CASES * self.usable.sum() else True
 
     def _near(self, reached: np.ndarray) -> bool:
         """Whether changes of the results, (b, m), are those that are lacking."""
         seen = np.ix_(self.usable, self.asked)
         off = np.abs(reached - self.lacking)[seen]
         return bool((off <= NEAR * (1 + np.abs(self.lacking[seen]))).all())
+
+    @staticmethod
+    def _meets(target: Target, values: np.ndarray, cases: Any = slice(None)) -> np.ndarray:
+        """Whether numbers, (..., b), are those that are needed, in most of the cases."""
+        needed, asked = target.value[cases], target.asked[cases]
+        off = np.abs(values - needed) <= NEAR * (np.abs(needed) + 1e-9)
+        met: np.ndarray = off[..., asked].sum(axis=-1) >= max(MOST_CASES * asked.sum(), 1)
+        return met
+
+    @cached_property
+    def few(self) -> np.ndarray:
+        """A few cases, by which most can be told not to fit: wrong ones."""
+        cases = np.flatnonzero(self.usable & self.wrong.any(axis=1))
+        return cases[:: -(-len(cases) // FEW) or 1]
+
+    def _fits(self, node: ast.AST, values: np.ndarray) -> np.ndarray:
+        """Which of many values in a few cases, (n, few, ...), would make them right in place of a node."""
+        slope = self._slope(node)
+        if isinstance(slope, bool):
+            return np.zeros(len(values), dtype=bool)
+        if isinstance(slope, Target):
+            return self._meets(slope, values, self.few)
+        # First one number of one case: it tells nearly all that do not fit.
+        first, weights = self.few[0], 1 + np.arange(self.asked.sum()) % 7 * 0.37
+        way, far = weights @ slope.rows[first][self.asked], self.lacking[first, self.asked]
+        off = (values[:, 0].reshape(len(values), -1) - slope.value[first]) @ way - weights @ far
+        found: np.ndarray = np.abs(off) <= 10 * NEAR * (1 + weights @ np.abs(far))
+        if not found.any():
+            return found
+        moved = values[found].reshape(-1, len(self.few), slope.value.shape[1]) - slope.value[self.few]
+        rows, lacking = slope.rows[self.few][:, self.asked], self.lacking[self.few][:, self.asked]
+        near = np.abs(np.einsum("bmp,nbp->nbm", rows, moved) - lacking) <= NEAR * (1 + np.abs(lacking))
+        found[found] = near.all(axis=(1, 2))
+        return found
 
     def _hope(self, node: ast.AST) -> int:
         """0 if no value in place of a node makes all right, 1 if that is not known, 2 if some does."""

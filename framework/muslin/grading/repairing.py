@@ -14,17 +14,19 @@ import warnings
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 from typing import Any
 
 import numpy as np
 
 from muslin.base.errors import MuslinError
+from muslin.grading.making import PLACES, SIDE, Kit
 from muslin.grading.needs import IMPOSSIBLE, NEAR, Needs, Slope, Target
 from muslin.judging.reference import TOLERANCE
 from muslin.reading.meaning import Meaning, Unclear
 from muslin.reading.page import used
 from muslin.reading.repairs import Changes, Repair
-from muslin.reading.repairs.pieces import number, ratio, text_of, with_one
+from muslin.reading.repairs.pieces import code, number, ratio, text_of, with_one
 from muslin.reading.repairs.readable import ordinary
 from muslin.reading.source import Source
 
@@ -36,6 +38,9 @@ SPENT = 400_000
 
 #: Most entries of the results that are wrong where several slips are looked for.
 PARTS = 4
+
+#: Most of what fits in a place that is worked out to the end.
+MOST_MADE = 6
 
 #: Longest expression that is shown as it should be, where a symbol in it is wrong [characters].
 WHOLE = 40
@@ -131,7 +136,49 @@ class Search(Needs):
                 continue
             if self._tried > (TRIED if self.asked.all() else TRIED_APART) or self.meaning.spent > SPENT:
                 break
+        if spare is None and self.asked.all():
+            spare = next(self._made(), None)
         return spare and self._told(spare)
+
+    def _made(self) -> Iterator[Repair]:
+        """What belongs in a place, made of the symbols known there with an operation or two."""
+        scope, kits = self.changes.scope, dict[tuple[str, ...], Kit]()
+        nodes = [n for n in ast.walk(self.meaning.node) if isinstance(n, ast.expr) and scope.counts(n)]
+        places = [n for n in nodes if id(n) in self.meaning.here and not isinstance(self._slope(n), bool)]
+        for node in sorted(places, key=lambda n: len(text_of(n)))[:PLACES]:
+            form, symbols = scope.form(node), self._symbols(node)
+            if form is None or isinstance(node, ast.Constant):
+                continue
+            known = tuple(symbols)
+            if known not in kits:
+                kits[known] = Kit(symbols)
+            for text, words in itertools.islice(
+                kits[known].fitting(form, partial(self._fits, node)), MOST_MADE
+            ):
+                new = ast.parse(text, mode="eval").body
+                change = Repair(
+                    "another",
+                    text,
+                    node.lineno,
+                    f"{code(node)} stands where {words} belongs",
+                    {id(node): new},
+                )
+                try:
+                    if self._is(change):
+                        yield change
+                except IMPOSSIBLE:
+                    continue
+
+    def _symbols(self, node: ast.AST) -> dict[str, np.ndarray]:
+        """Numbers, vectors and small matrices that have a name where a node stands."""
+        found = {}
+        for key, value in self.meaning.here[id(node)].items():
+            if key in self.changes.scope.loops or isinstance(value, (list, tuple)):
+                continue
+            array = np.asarray(value, dtype=np.float64)
+            if array.ndim and max(array.shape[1:], default=1) <= SIDE:
+                found[key] = np.broadcast_to(array, (self.meaning.count, *array.shape[1:]))[self.few]
+        return found
 
     def _numbers(self) -> Iterator[Repair]:
         """Numbers of the text that would be right if they were another one, the same in all cases."""
@@ -266,8 +313,7 @@ class Search(Needs):
             return slope
         made = np.asarray(self.meaning.alone(node, new), dtype=np.float64)
         if isinstance(slope, Target):
-            off = np.abs(made - slope.value) <= NEAR * (np.abs(slope.value) + 1e-9)
-            return bool(off[slope.asked].all()) if off.ndim else bool(off)
+            return bool(self._meets(slope, made))
         value = np.broadcast_to(made.reshape(len(made), -1) if made.ndim else made, slope.value.shape)
         reached = np.einsum("bmp,bp->bm", slope.rows, value - slope.value)
         return self._near(reached)
