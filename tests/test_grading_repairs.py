@@ -409,11 +409,146 @@ def test_a_linear_dependence_rules_out_only_what_cannot_help():
     scales = [np.ones(len(expected[0])) * 100]
     for body in ("phi[0] * x0 + phi[1] * x1 + phi[1] * x2", "phi[0] * x0 - phi[1] * x1 + phi[2] * x2"):
         text = f"def interpolate(phi, x0, x1, x2):\n    return {body}\n"
+        functions = {key: function.node for key, function in Source(text).functions.items()}
         with np.errstate(all="ignore"):
-            quick = repairing.Search(text, "interpolate", inputs, expected, scales, lambda values: "").found()
-            slow = repairing.Search(text, "interpolate", inputs, expected, scales, lambda values: "")
+            quick = repairing.Search(
+                functions, "interpolate", inputs, expected, scales, lambda values: ""
+            ).found()
+            slow = repairing.Search(functions, "interpolate", inputs, expected, scales, lambda values: "")
             slow._slope = lambda node: True
             assert quick.sentence == slow.found().sentence
+
+
+#: Bodies with a loop of many passes: what a loop adds up, writes entry by entry, and what only some passes do.
+LOOPS = (
+    """
+    K = ti.Matrix.zero(float, 3, 3)
+    for i, j, k in ti.ndrange(3, 3, 3):
+        t = A[i, k] * A[k, j]
+        K[i, j] += t
+        if i == j and k == 0:
+            K[i, j] -= 2 * t
+    return K
+    """,
+    """
+    K = ti.Matrix.zero(float, 3, 3)
+    for i, j, k in ti.ndrange(3, 3, 3):
+        K[i, j] = A[i, k]
+        K[i, j] += A[k, j]
+    return K
+    """,
+    """
+    t = A[0, 0]
+    K = ti.Matrix.identity(float, 3)
+    for i, j in ti.ndrange(3, 3):
+        h = A[i, j] * t
+        if i > j:
+            h = -h
+        K[j, i] = h
+        t += 1.0
+    return K
+    """,
+    """
+    t = 0.0
+    K = ti.Matrix.identity(float, 3)
+    for i, j in ti.ndrange(3, 3):
+        t += A[i, j] * (i + 1)
+        K[i, i] += A[j, i]
+    return K * t
+    """,
+)
+
+
+@pytest.mark.parametrize("body", LOOPS)
+def test_a_loop_worked_out_at_once_comes_to_what_it_comes_to_pass_by_pass(body, monkeypatch):
+    text = "def f(A):" + body
+    inputs = {"A": np.random.default_rng(5).normal(size=(4, 3, 3))}
+    functions = {key: function.node for key, function in Source(text).functions.items()}
+
+    def all_of_it(meaning, changes):
+        for change in changes:
+            try:
+                yield meaning.otherwise(change.changes)[0]
+            except (Unclear, Same, ValueError, TypeError, IndexError):
+                yield None
+
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        at_once = Meaning(functions, "f", inputs)
+        changes = Changes(at_once, [], {}).plain()
+        quick = [at_once.results[0], *all_of_it(at_once, changes)]
+        monkeypatch.setattr("muslin.reading.loops.MANY", 1000)
+        by_pass = Meaning(functions, "f", inputs)
+        slow = [by_pass.results[0], *all_of_it(by_pass, changes)]
+    assert at_once.widened == ("t += 1.0" not in body)
+    assert not by_pass.widened
+    known = [k for k, (a, b) in enumerate(zip(quick, slow, strict=True)) if a is not None and b is not None]
+    assert len(known) > 0.7 * sum(b is not None for b in slow)
+    for k in known:
+        np.testing.assert_allclose(
+            np.broadcast_to(quick[k], np.shape(slow[k])), slow[k], rtol=1e-12, atol=1e-12
+        )
+
+
+@pytest.mark.parametrize(
+    ("assignment", "task", "body", "words"),
+    [
+        (
+            "cloth", "psi",
+            """
+            a, b = ti.sin(s[0]), s[1] - 1
+            return mu * (a * a + b * b) + lam / 2 * (a + b) ** 2
+            """,
+            "s[0] less 1",
+        ),
+        (
+            "solids", "mass_block",
+            """
+            m = rho * volume / 20
+            if i == j:
+                m = rho * volume / 13
+            return m
+            """,
+            "1.3 times what belongs there",
+        ),
+        (
+            "cloth", "sphere_contact",
+            """
+            d = x - c
+            l = d.norm()
+            n = ti.Vector([0.0, 1.0, 0.0])
+            if l > 0:
+                n = d / l
+            hit = 0
+            if d[2] < r:
+                hit = 1
+            return hit, n
+            """,
+            "`d[2]` stands in place of l",
+        ),
+        (
+            "solids", "stiffness_block",
+            """
+            K = ti.Matrix.zero(float, 3, 3)
+            for a, b, c, d in ti.ndrange(3, 3, 2, 3):
+                K[a, b] += grad_phi_i[c] * d2psi_dF2[3 * a + c, 3 * b + d] * grad_phi_j[d]
+            return K * volume
+            """,
+            "the range of `c`",
+        ),
+    ],
+)  # fmt: skip
+def test_what_belongs_in_a_place_is_found_where_no_table_has_it(assignment, task, body, words):
+    text = suite.function(tasks.assignment(assignment).tasks[task], "other", body).code
+    inputs, expected = reference.cases(assignment, task)
+    functions = {key: function.node for key, function in Source(text).functions.items()}
+    with np.errstate(all="ignore"):
+        came = [np.asarray(r) for r in Meaning(functions, task, inputs).results]
+        terms = judge(assignment, task).terms
+        scales = [reference.natural_scale(terms, e, inputs, k) for k, e in enumerate(expected)]
+        found = repairing.repair(text, task, inputs, came, expected, scales)
+    assert found is not None
+    assert words in found.sentence
 
 
 def test_a_fixed_value_may_stand_for_an_expression():

@@ -267,6 +267,11 @@ class Kit:
         """Products of three matrices; the identity less a matrix."""
         ones = self.made.get(form, [])
         plain = [*self.plain.get(form, []), *(one for one in ones if one.text.endswith(".transpose()"))]
+        vectors = self.made.get(form[:1], [])
+        if vectors:
+            diagonals = np.stack([one.value for one in vectors])[..., None] * np.eye(form[0])
+            for k in np.flatnonzero(fits(diagonals)):
+                yield f"diag({vectors[k].text})", f"the diagonal matrix of {vectors[k].words}"
         if ones:
             stack = np.stack([one.value for one in ones])
             for k in np.flatnonzero(fits(np.eye(form[0]) - stack)):

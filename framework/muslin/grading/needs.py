@@ -23,10 +23,13 @@ TINY = 1e-290
 #: How closely what is known of a linear dependence must be met before a change is worked out to the end.
 NEAR = 1e-5
 
+#: Most entries of an expression of which it is asked how the results hang on them.
+WIDEST = 16
+
 #: Cases by which most of what may stand in a place is told not to fit.
 FEW = 5
 
-#: Share of the cases in which a number must be met that Newton's method has found: there may be two that make all right.
+#: Share of the cases in which a number must be met that Newton's method has found: there may be two that are right.
 MOST_CASES = 0.7
 
 #: Steps of Newton's method towards the number an expression must be, how small a step is taken to see the way, and for
@@ -141,8 +144,14 @@ class Needs:
         """Whether numbers, (..., b), are those that are needed, in most of the cases."""
         needed, asked = target.value[cases], target.asked[cases]
         off = np.abs(values - needed) <= NEAR * (np.abs(needed) + 1e-9)
-        met: np.ndarray = off[..., asked].sum(axis=-1) >= max(MOST_CASES * asked.sum(), 1)
+        met: np.ndarray = off[..., asked].sum(axis=-1) >= MOST_CASES * asked.sum()
         return met
+
+    @property
+    def some(self) -> np.ndarray:
+        """Some cases for a search that is dear: a few wrong ones, and one that is right."""
+        right = np.flatnonzero(~self.wrong.any(axis=1))
+        return np.concatenate([self.few, right[-1:]])
 
     @cached_property
     def few(self) -> np.ndarray:
@@ -153,7 +162,7 @@ class Needs:
     def _fits(self, node: ast.AST, values: np.ndarray) -> np.ndarray:
         """Which of many values in a few cases, (n, few, ...), would make them right in place of a node."""
         slope = self._slope(node)
-        if isinstance(slope, bool):
+        if isinstance(slope, bool) or (isinstance(slope, Target) and not slope.asked[self.few].any()):
             return np.zeros(len(values), dtype=bool)
         if isinstance(slope, Target):
             return self._meets(slope, values, self.few)
@@ -193,6 +202,8 @@ class Needs:
         if value.dtype.kind == "b":
             return True
         count, form = len(self.right), value.shape[1:]
+        if np.prod(form) > WIDEST:
+            return True
         value = np.broadcast_to(value.astype(np.float64), (count, *form))
         flat = value.reshape(count, -1)
         if id(node) in self._bent:

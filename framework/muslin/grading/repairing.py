@@ -30,8 +30,9 @@ from muslin.reading.repairs.pieces import code, number, ratio, text_of, with_one
 from muslin.reading.repairs.readable import ordinary
 from muslin.reading.source import Source
 
-#: Most changes that are looked at; most that are worked out to the end, for all entries and for one of them alone.
-LOOKED, TRIED, TRIED_APART = 6000, 600, 200
+#: Most changes that are looked at; most that are worked out to the end, for all entries, for one of them alone, and
+#: where many passes of a loop are worked out at once.
+LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 600, 200, 1200
 
 #: Most steps taken for one function: they bound the time, whatever the text is.
 SPENT = 400_000
@@ -78,10 +79,20 @@ def repair(
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
-            search = Search(text, name, inputs, expected, scales, place)
+            if not ordinary(text):
+                return None
+            functions = {key: function.node for key, function in Source(text).functions.items()}
+            search = Search(functions, name, inputs, expected, scales, place)
             if not search.comes_to(got):
                 return None
-            return search.found() or search.found_in_parts()
+            if not search.meaning.widened:
+                return search.found() or search.found_in_parts()
+            some = search.some
+            fewer = {key: array[some] for key, array in inputs.items()}
+            right, sizes = [e[some] for e in expected], [size[some] for size in scales]
+            small = Search(functions, name, fewer, right, sizes, place)
+            change = small.found()
+            return change if change is not None and search.is_right(change) else None
     except (MuslinError, RecursionError, *IMPOSSIBLE):
         return None
 
@@ -91,22 +102,21 @@ class Search(Needs):
 
     Parameters
     ----------
-    text, name, inputs, expected, scales, place
+    functions : dict of ast.FunctionDef
+        The file's.
+    name, inputs, expected, scales, place
         As for `repair`.
     """
 
     def __init__(
         self,
-        text: str,
+        functions: dict[str, ast.FunctionDef],
         name: str,
         inputs: Mapping[str, np.ndarray],
         expected: Sequence[np.ndarray],
         scales: Sequence[np.ndarray],
         place: Callable[[np.ndarray], str],
     ) -> None:
-        if not ordinary(text):
-            raise Unclear
-        functions = {key: function.node for key, function in Source(text).functions.items()}
         if name not in functions:
             raise Unclear
         mine = used(functions, name)
@@ -126,15 +136,16 @@ class Search(Needs):
         """The plainest change that makes all results right, or those entries that are asked for."""
         changes = itertools.chain(self.changes.plain(), self._numbers(), self.changes.larger(self._hope))
         spare: Repair | None = None
+        most = TRIED_IN_LOOPS if self.meaning.widened else TRIED if self.asked.all() else TRIED_APART
         for change in itertools.islice(changes, LOOKED):
             try:
-                if self._may_be(change) and self._is(change):
+                if self._may_be(change) and self.is_right(change):
                     if not self._idle(change):
                         return self._told(change)
                     spare = spare or change
             except IMPOSSIBLE:
                 continue
-            if self._tried > (TRIED if self.asked.all() else TRIED_APART) or self.meaning.spent > SPENT:
+            if self._tried > most or self.meaning.spent > SPENT:
                 break
         if spare is None and self.asked.all():
             spare = next(self._made(), None)
@@ -164,7 +175,7 @@ class Search(Needs):
                     {id(node): new},
                 )
                 try:
-                    if self._is(change):
+                    if self.is_right(change):
                         yield change
                 except IMPOSSIBLE:
                     continue
@@ -257,7 +268,7 @@ class Search(Needs):
         self.asked = np.ones(self.right.shape[1], dtype=bool)
         together = {key: new for change in made for key, new in change.changes.items()}
         both = replace(made[0], changes=together, more=tuple(made[1:]))
-        return both if len(made) > 1 and self._is(both) else None
+        return both if len(made) > 1 and self.is_right(both) else None
 
     def _after(self, change: Repair, column: int) -> np.ndarray:
         return np.abs(self._flat(self.meaning.otherwise(change.changes)) - self.right)[:, column]
@@ -297,7 +308,8 @@ class Search(Needs):
         finally:
             self.meaning.seen = None
 
-    def _is(self, change: Repair) -> bool:
+    def is_right(self, change: Repair) -> bool:
+        """Whether a change makes right what is asked for, and nothing wrong."""
         self._tried += 1
         right = np.abs(self._flat(self.meaning.otherwise(change.changes)) - self.right) <= TOLERANCE
         return bool(right[:, self.asked].all() and not (~right & ~self.wrong).any())
@@ -311,6 +323,8 @@ class Search(Needs):
         slope = self._slope(node) if isinstance(node, ast.expr) else True
         if isinstance(slope, bool):
             return slope
+        if key not in self.meaning.here:
+            return True
         made = np.asarray(self.meaning.alone(node, new), dtype=np.float64)
         if isinstance(slope, Target):
             return bool(self._meets(slope, made))

@@ -23,6 +23,7 @@ import numpy as np
 
 from muslin.reading.arithmetic import METHODS, Unclear, cast, checked, chosen, combined, form, rank, whole
 from muslin.reading.expressions import PASSES, READERS, Fixed, function_of, index
+from muslin.reading.loops import DEAR, Wide, at_once
 
 __all__ = ["METHODS", "Fixed", "Meaning", "Same", "Unclear"]
 
@@ -67,6 +68,14 @@ class Meaning:
         Where values are noted that are worked out, by the node's id.
     spent : int
         Steps taken so far.
+    wide : Wide, optional
+        The loop that is worked out at once just now.
+    widened : bool
+        Whether there is such a loop.
+    wide_values : dict
+        Values of the nodes in such loops, by the node's id.
+    rows_of : dict
+        How many rows they have, by the loop's id.
     here : dict
         Variables where a node is worked out, by the node's id; of nodes that are worked out once.
 
@@ -105,6 +114,10 @@ class Meaning:
         self._steps, self._recording, self.spent = 0, True, 0
         self._first = True
         self._depth = 0
+        self.wide: Wide | None = None
+        self.widened = False
+        self.wide_values: dict[int, Any] = {}
+        self.rows_of: dict[int, int] = {}
         env = dict(self.inputs)
         self.variables.update({key: form(value) for key, value in env.items()})
         self.results = self._results(self._body_of_the_function(env, 0))
@@ -196,9 +209,10 @@ class Meaning:
     def _done(self, statement: Any, env: dict[str, Any]) -> Any:
         """Work a statement out; what it returns, if it returns."""
         self._step()
-        if self._recording and not isinstance(statement, (ast.If, ast.For)):
+        if self._recording and self.wide is None and not isinstance(statement, ast.For):
             now = dict(env)
-            self.here.update(dict.fromkeys(map(id, ast.walk(statement)), now))
+            part = statement.test if isinstance(statement, ast.If) else statement
+            self.here.update(dict.fromkeys(map(id, ast.walk(part)), now))
         if id(statement) in self._over:
             self._dirty |= _assigned(statement)
             statement = self._over[id(statement)]
@@ -214,6 +228,13 @@ class Meaning:
             self._assign(statement.target, self.value(statement.value, env), env, not self._clean(statement))
         elif isinstance(statement, ast.AugAssign):
             dirty = not self._clean(statement)
+            if (name := self._summed(statement.target)) and self.wide is not None:
+                sign = {ast.Add: 1, ast.Sub: -1}.get(type(statement.op), 0)
+                if not sign:
+                    raise Unclear
+                self.wide.put(self, statement.target, self.value(statement.value, env), env, sign)
+                self._dirty |= {name} if dirty else set()
+                return None
             old = self.value(_loaded(statement.target), env)
             new = combined(statement.op, old, self.value(statement.value, env))
             self._assign(statement.target, new, env, dirty)
@@ -234,7 +255,7 @@ class Meaning:
                 raise Unclear
             for one, inner in zip(target.elts, values, strict=True):
                 self._assign(one, inner, env, dirty)
-        elif isinstance(target, ast.Name):
+        elif isinstance(target, ast.Name) and not self._summed(target):
             old = env.get(target.id)
             if old is not None and whole(old) and not whole(value) and not isinstance(value, (list, tuple)):
                 value = cast(value, True)  # a variable keeps the type it is born with
@@ -243,6 +264,9 @@ class Meaning:
                 self.variables.setdefault(target.id, form(value))
             if dirty:
                 self._dirty.add(target.id)
+        elif (name := self._summed(target)) and self.wide is not None:
+            self.wide.put(self, target, value, env, 0)
+            self._dirty |= {name} if dirty else set()
         elif isinstance(target, ast.Subscript) and isinstance(target.value, ast.Name):
             old, where = env.get(target.value.id), index(self, target.slice, env)
             if not isinstance(old, np.ndarray) or any(isinstance(k, np.ndarray) for k in where):
@@ -259,6 +283,28 @@ class Meaning:
         else:
             raise Unclear
 
+    def _summed(self, target: Any) -> str:
+        """The variable from outside that a loop adds to which is worked out at once; empty if it is none."""
+        base = target.value if isinstance(target, ast.Subscript) else target
+        name = base.id if isinstance(base, ast.Name) else ""
+        return name if self.wide is not None and name in self.wide.sums else ""
+
+    def instead_of(self, statement: Any) -> Any:
+        """What stands in place of a statement."""
+        return self._over.get(id(statement), statement)
+
+    def new_names(self) -> set[str]:
+        """Names in what stands in place of something."""
+        return set().union(*(self.names(new) for new in self._over.values() if isinstance(new, ast.expr)))
+
+    def assigned(self, statement: ast.AST) -> Names:
+        """Variables a statement gives values to."""
+        return _assigned(statement)
+
+    def run(self, body: Sequence[ast.stmt], env: dict[str, Any]) -> Any:
+        """Work statements out."""
+        return self._run(body, env)
+
     def _if(self, statement: ast.If, env: dict[str, Any]) -> Any:
         holds = self.value(statement.test, env)
         if not isinstance(holds, np.ndarray):
@@ -266,8 +312,15 @@ class Meaning:
         holds = np.broadcast_to(holds != 0, (self.count,))
         dirty = not self._clean(statement.test)
         yes, no = dict(env), dict(env)
-        if self._run(statement.body, yes) is not None or self._run(statement.orelse, no) is not None:
-            raise Unclear
+        wide = self.wide
+        where = wide.where if wide is not None else holds
+        for branch, inner, taken in ((statement.body, yes, holds), (statement.orelse, no, ~holds)):
+            if wide is not None:
+                wide.where = where & taken
+            if self._run(branch, inner) is not None:
+                raise Unclear
+        if wide is not None:
+            wide.where = where
         for name in _assigned(statement):
             if name in yes and name in no:
                 if yes[name] is not no[name]:
@@ -285,6 +338,14 @@ class Meaning:
         dirty = not self._clean(statement.iter)
         if dirty:
             self._dirty |= _assigned(statement)
+        for new in (
+            n for key, n in self._over.items() if isinstance(n, ast.stmt) and key in self._inside(statement)
+        ):
+            self._dirty |= _assigned(new)
+        self._dirty |= {n for s in ast.walk(statement) if id(s) in self._over for n in _assigned(s)}
+        if at_once(self, statement, over, env):
+            self.widened = self.widened or self._first
+            return None
         for item in over:
             self.assign_loop(statement.target, item, env)
             found = self._run(statement.body, env)
@@ -350,8 +411,9 @@ class Meaning:
         if not self._recording:
             known = self._same.get(key, key)
             here = self._inner is None or known in self._inner
-            if here and known in self.values and self._clean(node):
-                return self.values[known]
+            values = self.values if self.wide is None else self.wide_values
+            if here and known in values and self._clean(node):
+                return values[known]
         self._step()
         reader = READERS.get(type(node))
         if reader is None:
@@ -361,7 +423,9 @@ class Meaning:
         if self._first and not isinstance(found, (list, tuple)):
             self.forms[key] = form(found)
         if self._recording:
-            if key in self.values or key in self._again:
+            if self.wide is not None:
+                self.wide_values[key] = found
+            elif key in self.values or key in self._again:
                 self._again.add(key)
                 self.values.pop(key, None)
             else:
@@ -369,7 +433,7 @@ class Meaning:
         return found
 
     def _see(self, key: int, value: Any) -> None:
-        if self.seen is not None:
+        if self.seen is not None and self.wide is None:
             self.seen[key] = value
 
     def names(self, node: ast.AST) -> Names:
@@ -400,7 +464,7 @@ class Meaning:
 
     def _step(self) -> None:
         self._steps += 1
-        self.spent += 1
+        self.spent += 1 if self.wide is None else DEAR
         if self._steps > STEPS:
             raise Unclear
 
@@ -411,12 +475,14 @@ class Meaning:
         if len(names) != len(arguments) or depth >= DEPTH:
             raise Unclear
         self._depth = depth + 1
-        recording, values, dirty = self._recording, self.values, self._dirty
+        recording, values, dirty, wide_values = self._recording, self.values, self._dirty, self.wide_values
         self._recording, self.values, self._dirty = False, {}, set()  # its names are not those out here
+        self.wide_values = {}
         try:
             found = self._run(function.body, dict(zip(names, arguments, strict=True)))
         finally:
             self._depth, self._recording, self.values, self._dirty = depth, recording, values, dirty
+            self.wide_values = wide_values
         if found is None:
             raise Unclear
         return found

@@ -12,7 +12,14 @@ from muslin.reading.repairs.pieces import KINDS, Repair, code, name, terms, text
 from muslin.reading.repairs.scope import Scope
 
 #: Of changes of a kind that come to the same, what is said sooner or later: a transpose too many is there to be seen.
-SOONER = {"no transpose": -1, "no inverse": -1, "no normalized": 1, "rows->cols": 1, "cols->rows": 1}
+SOONER = {
+    "no transpose": -1,
+    "no inverse": -1,
+    "augmented": 1,
+    "no normalized": 1,
+    "rows->cols": 1,
+    "cols->rows": 1,
+}
 
 #: Where kinds of changes begin that are less plain than those of a symbol or two, in one place.
 LESS_PLAIN = KINDS.index("loop")
@@ -21,8 +28,10 @@ LESS_PLAIN = KINDS.index("loop")
 def _rank(repair: Repair) -> tuple[float, int, int]:
     """How plain a change is: one in one place before one in several, a number for a number before a name for it."""
     kind = float(KINDS.index(repair.kind))
-    if len(repair.changes) > 1:
+    if len(repair.changes) > 1 and repair.kind != "condition":
         kind += LESS_PLAIN
+    elif repair.kind == "loop":  # there are few of them
+        kind = KINDS.index("operation") + 0.5
     elif repair.kind == "name" and not repair.detail[:1].isalpha():
         kind = KINDS.index("number") + 0.5
     return kind, SOONER.get(repair.detail, 0), len(repair.changes)
@@ -111,6 +120,8 @@ class Changes:
         """Where two things may be exchanged: the function, a statement, an entry, a term of a sum."""
         yield "", self.scope.meaning.node
         for node in ast.walk(self.scope.meaning.node):
+            if isinstance(node, ast.If):
+                yield f" in the condition {code(node.test)}", node.test
             if not isinstance(node, (ast.Assign, ast.AugAssign, ast.Return)) or node.value is None:
                 continue
             yield f" in {code(node.value)}", node
@@ -126,15 +137,24 @@ class Changes:
         scope, variables = self.scope, self.scope.variables
         for where, part in self._scopes():
             loads = [n for n in ast.walk(part) if isinstance(getattr(n, "ctx", None), ast.Load)]
+            tested = where.startswith(" in the condition")
             names = [
-                n for n in loads if isinstance(n, ast.Name) and n.id in variables and n.id not in scope.loops
+                n
+                for n in loads
+                if isinstance(n, ast.Name) and n.id in variables and (tested or n.id not in scope.loops)
             ]
             for a, b in itertools.combinations(dict.fromkeys(n.id for n in names), 2):
                 if variables[a] == variables[b] and not _difference(getattr(part, "value", part)):
                     those = [n for n in names if n.id in (a, b)]
                     made: dict[int, ast.AST] = {id(n): name(b if n.id == a else a) for n in those}
                     words = f"{scope.said(a)} and {scope.said(b)} are exchanged{where}"
-                    yield Repair("name", f"{a}<->{b}", min(n.lineno for n in those), words, made)
+                    yield Repair(
+                        "condition" if tested else "name",
+                        f"{a}<->{b}",
+                        min(n.lineno for n in those),
+                        words,
+                        made,
+                    )
             entries: dict[str, list[ast.Subscript]] = {}
             for node in loads:
                 if isinstance(node, ast.Subscript):

@@ -105,7 +105,10 @@ def _loop(node: ast.For) -> Iterator[Repair]:
     over = node.iter
     if isinstance(over, ast.Call) and over.args and isinstance(over.args[0], ast.Call):
         over = over.args[0]  # ti.static(range(...))
-    if not isinstance(over, ast.Call) or function_of(over) != "range":
+    if not isinstance(over, ast.Call) or function_of(over) not in ("range", "ndrange"):
+        return
+    if function_of(over) == "ndrange":
+        yield from _ranges(node, over)
         return
     limits = [getattr(a, "value", None) for a in over.args]
     first, last = [0, *limits] if len(limits) == 1 else limits[:2]
@@ -116,6 +119,19 @@ def _loop(node: ast.For) -> Iterator[Repair]:
         words = f"{_told(first, last, start, end)}: {code(over)}"
         changed: dict[int, ast.AST] = {id(over): new, id(node.iter): new}
         yield Repair("loop", f"{start},{end}", node.lineno, words, changed)
+
+
+def _ranges(node: ast.For, over: ast.Call) -> Iterator[Repair]:
+    """A loop over several indices, one of which runs too far, or not far enough."""
+    indices = node.target.elts if isinstance(node.target, ast.Tuple) else [node.target]
+    sizes = [getattr(a, "value", None) for a in over.args]
+    for k, (size, index) in enumerate(zip(sizes, indices, strict=False)):
+        for other in sorted({s for s in sizes if isinstance(s, int)} | {2, 3, 4}):
+            if isinstance(size, int) and other != size:
+                made = [ast.Constant(other) if q == k else a for q, a in enumerate(over.args)]
+                new = ast.Call(over.func, made, [])
+                words = f"{_told(0, size, 0, other)}, the range of {code(index)}: {code(over)}"
+                yield Repair("loop", f"{k}:{other}", node.lineno, words, {id(over): new, id(node.iter): new})
 
 
 def _told(first: Any, last: Any, start: int, end: int) -> str:
