@@ -111,7 +111,8 @@ def test_a_cloth_that_falls_in_folds_crosses_itself_only_where_nothing_keeps_it_
     assert crossings(alone.x, alone.mesh.triangles) > 0
     kept = muslin.simulate("drape", self_collision="fast", **scene)
     assert crossings(kept.x, kept.mesh.triangles) == 0
-    assert np.isfinite(kept.energies.kinetic).all()
+    net = kept.energies.total - kept.energies.work
+    assert net.max() <= 1.01 * net[0]
 
 
 def test_a_run_that_was_stopped_goes_on_to_the_same_end(tmp_path):

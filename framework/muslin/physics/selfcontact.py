@@ -17,7 +17,7 @@ from muslin.base import optional
 SELF_COLLISION = ("off", "fast", "exact")
 
 #: A step's way is taken in pieces of at most this share of a usual edge, relative to the cloth's own motion ...
-PIECE = 0.15
+PIECE = 0.1
 
 #: Share of a gap that a step may close, and another to bring apart what is too near: together less than all of it.
 NEARER = 0.45
@@ -120,7 +120,7 @@ class SelfContact:
         ipctk = require()
         self._region = ipctk.ogc.TrustRegion(self.gap)
         self._region.relaxed_radius_scaling = NEARER
-        self._region.trust_region_inflation_radius = 2.5 * max(way, PIECE * self._edge) + 2 * self.gap
+        self._region.trust_region_inflation_radius = 2.2 * way + self.gap  # of two that approach, and a push
         self._region.update(self._mesh, np.asfortranarray(x), ipctk.NormalCollisions())
         radii = np.asarray(self._region.trust_region_radii) - self.gap / 2
         self._measured, self._free = x, np.maximum(radii, 0.0)

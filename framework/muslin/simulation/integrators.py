@@ -22,6 +22,7 @@ from muslin.physics.colliders import Contacts, respond
 from muslin.simulation import by_student, guarded, second_order
 from muslin.simulation.incremental import IncrementalPotential
 from muslin.simulation.model import Model, Spring, State
+from muslin.simulation.uncrossing import uncrossed
 
 __all__ = [
     "INTEGRATORS",
@@ -146,27 +147,18 @@ def steps(model: Model, state: State, dt: float, name: str, count: int | None = 
     for step in itertools.count(1) if count is None else range(1, count + 1):
         if model.pull is not None:
             model.spring = model.pull(state.time)
+        before = model.energy(state) if model.self_contact is not None else 0.0
         with one_thread():
             following = advance(model, state, dt)
         _require_sound(following)
         if model.self_contact is not None:
-            _uncross(model, state, following, dt)
+            following = uncrossed(model, state, following, dt, before)
         if model.here is not following:
             model.body.update(following.x)
         state = following
         if step != count:
             model.prepare()  # the energies that somebody may ask for between, and what the next step needs
         yield state
-
-
-def _uncross(model: Model, state: State, following: State, dt: float) -> None:
-    """End a step where the body does not cross itself; the velocity is that of the way really gone."""
-    assert model.self_contact is not None
-    reached, apart = model.self_contact.reached(state.x, following.x)
-    if reached is not following.x:
-        following.v += (reached - apart - following.x) / dt
-        following.x = reached
-        model.here = None
 
 
 def _require_sound(state: State) -> None:
