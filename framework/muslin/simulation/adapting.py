@@ -156,6 +156,8 @@ class Adapter:
         worst = np.zeros(mesh.vertices)
         np.maximum.at(worst, mesh.triangles.ravel(), np.repeat(found, 3))
         wanted = worst >= COARSER
+        if ((mesh.born >= 0) & ~wanted).sum() <= FEW * len(found):
+            return np.zeros(0, dtype=int)  # too few, whichever of them can go
         split = mesh.children[:, 0]  # the two of a trisection have one, and go together
         return np.flatnonzero(mesh.removable() & ~wanted & ~np.isin(split, split[wanted]))
 
@@ -163,8 +165,9 @@ class Adapter:
         """Rows of triangles that are to be refined and may be, by the indicator (m,)."""
         mesh, scene = self.refined, self.scene
         wanted = (found >= 1) & (mesh.generation < 2 * scene.levels)
-        if wanted.any():
-            wanted &= ~bound(mesh, state.x, np.radians(scene.flip_angle))
+        if wanted.sum() <= FEW * len(found) or mesh.vertices >= scene.budget:
+            return np.zeros(0, dtype=int)
+        wanted &= ~bound(mesh, state.x, np.radians(scene.flip_angle))
         rows = np.flatnonzero(wanted)
         return self._within_budget(rows[np.argsort(-found[rows], kind="stable")])
 
