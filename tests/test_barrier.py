@@ -87,6 +87,18 @@ def test_friction_with_itself_takes_energy_and_zero_switches_it_off():
     assert layers(0.0)[0].barrier.rubbing(state.x) is None
 
 
+@pytest.mark.parametrize("slope", [0.2, 0.6])
+def test_a_cloth_on_a_cloth_slides_down_a_slope_only_where_friction_does_not_hold_it(slope):
+    along, across = 9.81 * np.array([slope, 1.0]) / np.hypot(1.0, slope)
+    held = ",".join(map(str, range(25)))
+    model, state = layers(0.3, gravity=(along, 0.0, -across), pinned=held, dt=1 / 120)
+    state.v = np.zeros_like(state.x)
+    state.x[25:, 2] = 0.0149  # where it lies
+    speeds = [s.v[25:, 0].mean() for s in steps(model, state, 1 / 120, "backward-euler", 16)]
+    expected = max(along - 0.3 * across, 0.0)
+    assert (speeds[16] - speeds[4]) * 10 == pytest.approx(expected, rel=0.05, abs=1e-3)
+
+
 def test_a_free_cloth_that_meets_itself_keeps_its_momentum_and_gains_no_energy():
     sheet, x = hairpin()
     model, _ = build(scenes.get("drape", **{**ALONE, "self_gap": 0.02, "friction": 0.3}), mesh=sheet, x=x)
