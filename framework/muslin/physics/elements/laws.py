@@ -29,12 +29,14 @@ class Law(NamedTuple):
     modes : (s, a, b) -> diagonal and off-diagonal of A, flip, twist, vec3 each [Pa]; entry k of the last three is
         about the plane across axis k.
     bounded : whether psi is infinite where det F <= 0.
+    derivatives : (I, J, a, b) -> psi_I, psi_J, psi_II, psi_IJ, psi_JJ, of a law of I = |F|^2 and J = det F; else None.
     """
 
     energy: Any
     stress: Any
     modes: Any
     bounded: bool = False
+    derivatives: Any = None
 
 
 @ti.func
@@ -83,11 +85,16 @@ def _neo_stress(F, C, D):
 
 
 @ti.func
-def _neo_modes(s, C, D):
-    J, I = s[0] * s[1] * s[2], s.norm_sqr()  # noqa: E741
+def _neo_derivatives(I, J, C, D):  # noqa: E741
     c = C * J ** (-2 / 3)
     d_J = 2 * D * (J - 1) - 2 / 3 * c * I / J
-    return by_invariants(s, c, d_J, 0.0, -2 / 3 * c / J, 10 / 9 * c * I / (J * J) + 2 * D)
+    return c, d_J, 0.0, -2 / 3 * c / J, 10 / 9 * c * I / (J * J) + 2 * D
+
+
+@ti.func
+def _neo_modes(s, C, D):
+    d_I, d_J, d_II, d_IJ, d_JJ = _neo_derivatives(s.norm_sqr(), s[0] * s[1] * s[2], C, D)
+    return by_invariants(s, d_I, d_J, d_II, d_IJ, d_JJ)
 
 
 # Stable Neo-Hookean: mu'/2 (I - 3) + lam'/2 (J - alpha)^2 - mu'/2 log(I + 1), without its value at rest; mu' and lam'
@@ -110,11 +117,16 @@ def _stable_stress(F, mu, lam):
 
 
 @ti.func
-def _stable_modes(s, mu, lam):
+def _stable_derivatives(I, J, mu, lam):  # noqa: E741
     m, l = 4 / 3 * mu, lam + 5 / 6 * mu  # noqa: E741
-    J, longer = s[0] * s[1] * s[2], s.norm_sqr() + 1
-    d_I, d_J = m / 2 * (1 - 1 / longer), l * (J - 1) - 3 / 4 * m
-    return by_invariants(s, d_I, d_J, m / 2 / (longer * longer), 0.0, l)
+    longer = I + 1
+    return m / 2 * (1 - 1 / longer), l * (J - 1) - 3 / 4 * m, m / 2 / (longer * longer), 0.0, l
+
+
+@ti.func
+def _stable_modes(s, mu, lam):
+    d_I, d_J, d_II, d_IJ, d_JJ = _stable_derivatives(s.norm_sqr(), s[0] * s[1] * s[2], mu, lam)
+    return by_invariants(s, d_I, d_J, d_II, d_IJ, d_JJ)
 
 
 # St. Venant-Kirchhoff: mu |E|^2 + lam/2 (tr E)^2 with E = (F^T F - I)/2 --------------------------------------------
@@ -180,8 +192,8 @@ def _corotated_modes(s, mu, lam):
 
 #: Name -> law.
 LAWS = {
-    "neo-hookean": Law(_neo_energy, _neo_stress, _neo_modes, bounded=True),
+    "neo-hookean": Law(_neo_energy, _neo_stress, _neo_modes, True, _neo_derivatives),
     "corotated": Law(_corotated_energy, _corotated_stress, _corotated_modes),
     "st-venant-kirchhoff": Law(_venant_energy, _venant_stress, _venant_modes),
-    "stable-neo-hookean": Law(_stable_energy, _stable_stress, _stable_modes),
+    "stable-neo-hookean": Law(_stable_energy, _stable_stress, _stable_modes, False, _stable_derivatives),
 }
