@@ -91,7 +91,7 @@ def _compiled(text: str) -> Any:
             sound = isinstance(node.func, ast.Attribute) or getattr(node.func, "id", "") == "vec"
         if not sound:
             raise wrong
-    return compile(tree, "<a manifest>", "eval")
+    return compile(tree, "(a manifest)", "eval")
 
 
 def _worked_out(text: str, values: Mapping[str, Any]) -> Any:
