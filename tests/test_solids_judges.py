@@ -287,6 +287,32 @@ def test_a_pitfall_that_makes_no_wrong_numbers_is_seen_in_the_text(pitfall, tmp_
     assert pitfall in "\n".join(f"`{p.strip('`')}" for p in pitfalls("newtons_method"))
 
 
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("d = solve(hessian, d)", ["hessian is a function: it must be called"]),
+        ("d = solve(hessian(x), d)", []),
+        (
+            "here = objective(x + step * d)\n        x = x - step * d",
+            ["what is tried is x + step * d, and x goes elsewhere"],
+        ),
+        (
+            "here = objective(x + step * d)\n        x = x + d",
+            ["what is tried is x + step * d, and x goes elsewhere"],
+        ),
+        ("here = objective(x + step * d)\n        x = x + d * step", []),
+        ("new = x + step * d\n        here = objective(new)\n        x = new", []),
+    ],
+)
+def test_a_step_to_another_place_and_a_function_not_called_are_seen_in_the_text(line, words, tmp_path):
+    head = f"import numpy as np\ndef newtons_method({', '.join(a.name for a in TABLE['newtons_method'].arguments)}):\n"
+    body = f"    for _ in range(most_steps):\n        d, step = -gradient(x), 1.0\n        {line}\n    return x\n"
+    (tmp_path / "newton.py").write_text(head + body)
+    told = reading.told(muslin.load(tmp_path, "solids").newtons_method)
+    assert len(told) == len(words)
+    assert all(word in note for word, note in zip(words, told, strict=True))
+
+
 def test_nothing_is_noticed_in_a_right_newtons_method():
     for folder in (paths.solution("solids"), paths.assignment("solids")):
         assert reading.told(muslin.load(folder, "solids").newtons_method) == []

@@ -5,7 +5,7 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator
 
-from muslin.reading.page import Note, Page, nodes, shown
+from muslin.reading.page import Note, Page, name_of, nodes, shown
 
 
 def _in_place(page: Page) -> Iterator[Note]:
@@ -44,4 +44,51 @@ def _lets_nan_pass(page: Page) -> Iterator[Note]:
                 yield page.note(test, words, compiles=True)
 
 
-PLAIN = (_in_place, _lets_nan_pass)
+def _not_called(page: Page) -> Iterator[Note]:
+    """A function that was given, handed to another one where what it comes to is meant."""
+    for node in nodes(page.node):
+        if not (isinstance(node, ast.Call) and name_of(node.func) in page.arguments):
+            continue
+        for given in node.args:
+            if isinstance(given, ast.Name) and given.id in page.arguments and given.id not in page.sizes:
+                name = given.id
+                yield page.note(
+                    node, f"{name} is a function: it must be called, with brackets, as in {name}(x)."
+                )
+
+
+def _goes_elsewhere(page: Page) -> Iterator[Note]:
+    """A step to another place than the one a function has been tried at."""
+    tried: dict[str, str] = {}
+    for node in nodes(page.node):
+        if isinstance(node, ast.Call) and name_of(node.func) in page.arguments and len(node.args) == 1:
+            place = node.args[0]
+            if isinstance(place, ast.BinOp) and _steps_from(place, page):
+                tried[_sorted(place)] = ast.unparse(place)
+    for node in nodes(page.node):
+        value = node.value if isinstance(node, ast.Assign) else None
+        if isinstance(value, ast.BinOp) and tried and (given := _steps_from(value, page)):
+            same_name = isinstance(node.targets[0], ast.Name) and node.targets[0].id == given  # type: ignore[attr-defined]
+            if same_name and _sorted(value) not in tried:
+                words = f"what is tried is {' and '.join(tried.values())}, and {given} goes elsewhere: "
+                words += "compare the sign and the length of the step."
+                yield page.note(node, words, compiles=True)
+
+
+def _steps_from(node: ast.BinOp, page: Page) -> str:
+    """The argument that is an array, which something is added to or taken from; empty if it is none."""
+    fits = isinstance(node.op, (ast.Add, ast.Sub)) and isinstance(node.left, ast.Name)
+    return node.left.id if fits and isinstance(node.left, ast.Name) and node.left.id in page.sizes else ""
+
+
+def _sorted(node: ast.AST) -> str:
+    """The text of an expression, whatever the order of its sums and products."""
+    if isinstance(node, ast.BinOp):
+        sides = [_sorted(node.left), _sorted(node.right)]
+        if isinstance(node.op, (ast.Add, ast.Mult)):
+            sides.sort()
+        return f"({type(node.op).__name__} {' '.join(sides)})"
+    return ast.unparse(node)
+
+
+PLAIN = (_in_place, _lets_nan_pass, _not_called, _goes_elsewhere)

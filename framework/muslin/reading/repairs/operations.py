@@ -41,6 +41,7 @@ BESIDE: dict[tuple[str, str], str] = {
     ("*", "**"): ": a multiple (twice) stands where a power (a square) is meant",
     ("**", "*"): ": a power (a square) stands where a multiple (twice) is meant",
     ("+", "*"): ": a sum stands where a product is meant",
+    ("@", "+"): ": a product stands where a sum is meant",
     ("*", "+"): ": a product stands where a sum is meant",
 }
 
