@@ -13,6 +13,7 @@ from muslin import tasks
 from muslin.authoring import mistakes
 from muslin.base.errors import MuslinError
 from muslin.grading import diagnosis, known
+from muslin.grading.diagnosis.partial import opposite
 from muslin.judging import judge, reference
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
@@ -243,3 +244,12 @@ def test_a_task_of_another_assignment_gets_the_general_diagnosis():
     inputs, expected = reference.cases("cloth", "nodal_force")
     found = diagnosis.diagnose(TABLE["nodal_force"], (-expected[0],), expected, inputs, assignment="other")
     assert found.cause == "negated"
+
+
+@pytest.mark.parametrize("assignment", ["cloth", "solids"])
+def test_every_condition_can_be_turned_round(assignment):
+    for name, task in tasks.assignment(assignment).tasks.items():
+        for words, _ in known.load(assignment, name, len(task.results)).conditions:
+            turned = opposite(words)
+            assert turned != words
+            assert opposite(turned) != turned

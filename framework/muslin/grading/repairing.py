@@ -323,8 +323,8 @@ class Search(Needs):
         slope = self._slope(node) if isinstance(node, ast.expr) else True
         if isinstance(slope, bool):
             return slope
-        if key not in self.meaning.here:
-            return True
+        if key not in self.meaning.here or (isinstance(slope, Target) and not isinstance(node, ast.Constant)):
+            return True  # another number than was found may be right, too
         made = np.asarray(self.meaning.alone(node, new), dtype=np.float64)
         if isinstance(slope, Target):
             return bool(self._meets(slope, made))

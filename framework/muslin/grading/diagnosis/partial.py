@@ -60,18 +60,22 @@ def conditions(question: Question) -> Iterator[tuple[str, Any]]:
 OPPOSITES = (
     (" <= ", " > "),
     (" < ", " >= "),
+    (" > ", " <= "),
     (" = ", " != "),
     (" is not ", " is "),
     (" lies off ", " lies in "),
     (" somewhere", " nowhere"),
     (" is ", " is not "),
+    (" are different ", " are the same "),
 )
 
 
 def opposite(words: str) -> str:
     """A condition turned round, in words."""
-    phrase, turned = next(pair for pair in OPPOSITES if pair[0] in words)
-    return words.replace(phrase, turned)
+    for phrase, turned in OPPOSITES:
+        if phrase in words:
+            return words.replace(phrase, turned)
+    return f"it is not so that {words}"
 
 
 def somewhere(question: Question) -> Diagnosis | None:

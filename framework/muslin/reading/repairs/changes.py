@@ -30,7 +30,7 @@ def _rank(repair: Repair) -> tuple[float, int, int]:
     kind = float(KINDS.index(repair.kind))
     if len(repair.changes) > 1 and repair.kind != "condition":
         kind += LESS_PLAIN
-    elif repair.kind == "loop":  # there are few of them
+    elif repair.kind == "loop" and repair.detail != "=->-=":  # there are few of them
         kind = KINDS.index("operation") + 0.5
     elif repair.kind == "name" and not repair.detail[:1].isalpha():
         kind = KINDS.index("number") + 0.5
