@@ -20,7 +20,8 @@ def write_pvd(animation: Animation, path: Path, notice: Notice) -> list[Path]:
     Point data of the cloth: `displacement` from the rest shape [m], and `strain` [1] where the animation has
     it. Props are parts of their own, in `drape_sphere_0000.vtu`; one that stands still is one file. So are the
     tetrahedra of a solid, in `drape_solid_0000.vtu`, with `displacement` [m] and the cells' `von_mises` [Pa]. All
-    numbers are float64. The mesh of an adaptive cloth is that of each frame. If writing is interrupted, the PVD names the frames written so far.
+    numbers are float64. The mesh of an adaptive cloth is that of each frame. If writing is interrupted, the PVD names
+    the frames written so far.
 
     Parameters
     ----------

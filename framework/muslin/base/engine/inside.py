@@ -246,9 +246,8 @@ def compile_faster() -> None:
                 setattr(reader, name, functools.cache(getattr(reader, name)))
         reader.textwrap = SimpleNamespace(fill=functools.cache(textwrap.fill), dedent=textwrap.dedent)
     if has("seeing a frame fast"):
-        own_module("lang.kernel_impl").inspect = SimpleNamespace(
-            **vars(inspect) | {"getframeinfo": frame_info}
-        )
+        seen = vars(inspect) | {"getframeinfo": frame_info}
+        own_module("lang.kernel_impl").inspect = SimpleNamespace(**seen)
     if ti.__name__ == "quadrants" and has("reading kernels once, not twice"):
         _read_once(own_module("lang.kernel").Kernel)
 
