@@ -1,8 +1,7 @@
 """What Muslin uses of an engine that is not public; everything else in Muslin uses its public face.
 
-Taichi and Quadrants keep some of it in different places, and a later version may move or drop it. So each part is
-looked up by name in `PARTS`, and whatever uses one does without where it is not there: slower, or with a plainer
-message, but right. `lacking` names what this engine lacks.
+Taichi and Quadrants keep some of it in different places, and a later version may move or drop it. So each part is in
+`PARTS`, and whatever uses one does without where it is `lacking`: slower, or with a plainer message, but right.
 """
 
 from __future__ import annotations
