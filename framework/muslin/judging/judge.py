@@ -206,7 +206,10 @@ def judge(assignment: str, task: str) -> Judge:
     from muslin import tasks
     from muslin.judging.wired import wired
 
-    found, entry = _judge(modules(assignment), task), tasks.assignment(assignment).tasks.get(task)
+    found = _judge(modules(assignment), task)
+    if not any(place(assignment).is_dir() for place in (paths.assignment, paths.source)):
+        return found
+    entry = tasks.assignment(assignment).tasks.get(task)
     return found if entry is None else wired(found, entry)
 
 

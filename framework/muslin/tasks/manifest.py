@@ -249,14 +249,23 @@ def read_assignment(folder: Path | str) -> Assignment:
     MuslinError
         If there is no manifest or it cannot be understood.
     """
+    path = Path(folder) / MANIFEST
+    try:
+        return _read(path, path.read_text(encoding="utf-8"))
+    except FileNotFoundError:
+        raise MuslinError(f"There is no {MANIFEST} in {paths.shown(folder)}.") from None
+
+
+@functools.lru_cache(maxsize=32)
+def _read(path: Path, text: str) -> Assignment:
+    """The assignment a manifest describes; what it says is read once."""
     if sys.version_info >= (3, 11):
         import tomllib
     else:
         import tomli as tomllib
 
-    path = Path(folder) / MANIFEST
     try:
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(text)
         tasks = {name: _task(name, entry) for name, entry in table["task"].items()}
         grading = _grading(table.get("grading", {}), path)
         simulation = _simulation(table["simulation"], path) if "simulation" in table else None
@@ -264,8 +273,6 @@ def read_assignment(folder: Path | str) -> Assignment:
         named, questions = (table["name"], table["title"], table["version"]), MappingProxyType(written)
         energy = table.get("energy", "")
         return Assignment(*named, MappingProxyType(tasks), grading, simulation, questions, energy)
-    except FileNotFoundError:
-        raise MuslinError(f"There is no {MANIFEST} in {paths.shown(folder)}.") from None
     except tomllib.TOMLDecodeError as error:
         raise MuslinError(f"{paths.shown(path)} is not valid TOML: {error}.") from None
     except KeyError as error:
