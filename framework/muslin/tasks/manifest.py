@@ -6,6 +6,7 @@ checking, points, hints and the handout's tables.
 
 from __future__ import annotations
 
+import functools
 import re
 import sys
 from collections.abc import Mapping
