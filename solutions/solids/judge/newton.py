@@ -31,7 +31,7 @@ def truth_newtons_method(
 
 
 def draw_newtons_method(draw: Draw, k: int) -> dict[str, Any]:
-    """Objectives of the four kinds in turn, at times from the minimum itself on."""
+    """Objectives of the four kinds in turn; at times from the minimum itself on, or where a gradient has one entry."""
     kind, zero = k % 4, precise().zero
     A = [[zero] * 4 for _ in range(4)]
     for i in range(4):
@@ -39,11 +39,17 @@ def draw_newtons_method(draw: Draw, k: int) -> dict[str, Any]:
         for j in range(i):
             A[i][j] = draw.between(-0.5, 0.5)
     A, m = float64(A), float64([draw.between(-2, 2) for _ in range(4)])
-    y, way = [BEGINS[kind](draw) for _ in range(4)], []
+    y = [BEGINS[kind](draw) for _ in range(4)]
+    w = [10 ** draw.between(-1, 1) for _ in range(4)]
+    if (
+        k % 12 == 8
+    ):  # of a quadratic, w y is the slope in y: who looks at one entry of the gradient stops here
+        slopes = _slopes(A, 3 if k % 24 == 8 else 0, y[0])
+        y = [slope / weight for slope, weight in zip(slopes, w, strict=True)]
+    way: list[Any] = []
     for i in range(4):  # A way = y, row by row
         way.append((y[i] - sum((A[i][j] * way[j] for j in range(i)), start=zero)) / A[i][i])
     x = list(m) if k % 12 == 4 else add(m, way)
-    w = [10 ** draw.between(-1, 1) for _ in range(4)]
     return {
         "x": x,
         "tolerance": precise().mpf(1e-10) * min(w),
@@ -53,6 +59,15 @@ def draw_newtons_method(draw: Draw, k: int) -> dict[str, Any]:
         "w": w,
         "kind": kind,
     }
+
+
+def _slopes(A: Matrix, entry: int, value: Any) -> list[Any]:
+    """What makes A^T slopes, the gradient, vanish but for one entry: A^T is upper triangular, from the last row up."""
+    slopes = [precise().zero] * 4
+    for j in reversed(range(4)):
+        known = sum((A[i][j] * slopes[i] for i in range(j + 1, 4)), start=precise().zero)
+        slopes[j] = ((value if j == entry else 0) - known) / A[j][j]
+    return slopes
 
 
 @functools.cache
@@ -82,12 +97,13 @@ def march(
     sign: float = 1.0, enough: float | None = 1e-4, first: float = 1.0, keep: bool = False,
     most: int | None = None, fixed: bool = False, downhill: bool = False, halve: float = 0.5,
     shortest: float = 1e-10, refuses: bool = True, held: bool = False, finite: bool = False,
+    length: Callable[[np.ndarray], float] = np.linalg.norm,
 ) -> np.ndarray:  # fmt: skip
     """Newton's method, or one that is nearly that."""
     step, H0, g0 = first, hessian(x), gradient(x)
     for _ in range(steps if most is None else min(most, steps)):
         g = g0 if held else gradient(x)
-        if np.linalg.norm(g) <= tolerance:
+        if length(g) <= tolerance:
             break
         d = sign * (-g if downhill else solve(H0 if fixed else hessian(x), -g))
         here, slope = objective(x), g @ d
@@ -167,6 +183,16 @@ mistakes_newtons_method = (
         "Your line search asks for more than a right step gives: it halves for ever.",
         "To the bottom of a quadratic the objective falls by half of what the slope promises: ask for 1e-4 of it.",
         _ways({"enough": 1.0}, {"enough": 1.0, "shortest": 0.0}, {"enough": 0.6}, {"enough": 0.9}),
+    ),
+    Mistake(
+        "one entry of the gradient",
+        "You stop when one entry of the gradient is small: the others may be large.",
+        "The whole gradient must be short: its length is np.linalg.norm(g).",
+        _ways(
+            *({"length": lambda g, k=k: abs(g[k])} for k in range(4)),
+            {"length": lambda g: abs(g).min()},
+            {"length": lambda g: abs(g.sum())},
+        ),
     ),
     Mistake(
         "short steps for ever",

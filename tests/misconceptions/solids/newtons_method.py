@@ -204,6 +204,51 @@ def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps
     return x
 
 
+# wrong: first-entry-only | cause: one entry of the gradient
+def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps):
+    for _ in range(most_steps):
+        g = gradient(x)
+        if abs(g[0]) <= tolerance:
+            break
+        d = solve(hessian(x), -g)
+        here, slope = objective(x), g @ d
+        step = 1.0
+        while objective(x + step * d) > here + 1e-4 * step * slope and step > 1e-10:
+            step /= 2
+        x = x + step * d
+    return x
+
+
+# wrong: last-entry-only | cause: one entry of the gradient
+def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps):
+    for _ in range(most_steps):
+        g = gradient(x)
+        if abs(g[-1]) <= tolerance:
+            break
+        d = solve(hessian(x), -g)
+        here, slope = objective(x), g @ d
+        step = 1.0
+        while objective(x + step * d) > here + 1e-4 * step * slope and step > 1e-10:
+            step /= 2
+        x = x + step * d
+    return x
+
+
+# wrong: smallest-entry | cause: one entry of the gradient
+def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps):
+    for _ in range(most_steps):
+        g = gradient(x)
+        if np.abs(g).min() <= tolerance:
+            break
+        d = solve(hessian(x), -g)
+        here, slope = objective(x), g @ d
+        step = 1.0
+        while objective(x + step * d) > here + 1e-4 * step * slope and step > 1e-10:
+            step /= 2
+        x = x + step * d
+    return x
+
+
 # right: with-a-for-loop
 def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps):
     for _ in range(most_steps):
