@@ -61,7 +61,7 @@ class Tab:
         self.session = self("Target.attachToTarget", targetId=target, flatten=True)["sessionId"]
         for domain in ("Runtime", "Log", "Network", "Page"):
             self(f"{domain}.enable")
-        size = {"width": 800, "height": 400, "deviceScaleFactor": 1, "mobile": False}
+        size = {"width": 1000, "height": 600, "deviceScaleFactor": 1, "mobile": False}
         self("Emulation.setDeviceMetricsOverride", **size)
         self("Page.navigate", url=url)
 
@@ -83,7 +83,7 @@ class Tab:
             shot = self("Page.captureScreenshot", format="png")["data"]
         except ConnectionError:  # on the way from one page to the next
             return np.zeros((1, 1, 3), int)
-        return np.asarray(Image.open(io.BytesIO(base64.b64decode(shot))).convert("RGB")).astype(int)[:, :440]
+        return np.asarray(Image.open(io.BytesIO(base64.b64decode(shot))).convert("RGB")).astype(int)[:, :640]
 
     def key(self, key):
         for kind in ("keyDown", "keyUp"):
