@@ -9,6 +9,7 @@ import pytest
 
 import muslin
 from muslin import tasks
+from muslin.bench import roofline
 from muslin.judging import judge, properties
 
 SOLUTION = Path(__file__).parents[1] / "solutions" / "cloth"
@@ -571,10 +572,12 @@ def test_a_task_without_properties_draws_nothing():
     assert properties.draw("no such assignment", "phi", "a seed") == ()
 
 
-def test_drawing_a_task_takes_a_few_milliseconds():
+def test_drawing_a_task_takes_a_third_of_a_fixed_piece_of_work():
+    """A few milliseconds on most machines, where that work takes twenty-odd."""
+
     def seconds(task):
         start = time.process_time()
         properties.draw("cloth", task, "a seed")
         return time.process_time() - start
 
-    assert max(min(seconds(task) for _ in range(10)) for task in PROPERTIES) < 5e-3
+    assert max(min(seconds(task) for _ in range(10)) for task in PROPERTIES) < 1e-3 * roofline.yardstick() / 3
