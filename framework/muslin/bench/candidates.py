@@ -14,6 +14,7 @@ from typing import Protocol
 import numpy as np
 
 from muslin.base import paths
+from muslin.bench.roofline import yardstick
 from muslin.simulation import scenes
 from muslin.simulation import simulating as simulation
 from muslin.simulation.marching import march
@@ -79,6 +80,22 @@ class Baseline:
     def steps(self, count: int) -> np.ndarray:
         """As for `Candidate`."""
         return run_baseline(self.program, self.problem, count, self.how)[0][1:]
+
+
+@dataclass
+class Yardstick:
+    """A fixed piece of work, where there is no C++ program to be measured against."""
+
+    name: str = "the yardstick"
+
+    def steps(self, count: int) -> np.ndarray:
+        """As for `Candidate`, of few steps: they do not depend on the cloth."""
+        taken = []
+        for _ in range(min(count, 5) - 1):
+            wall = time.perf_counter()
+            cpu = yardstick()
+            taken.append((1e3 * (time.perf_counter() - wall), cpu))
+        return np.array(taken)
 
 
 def ours(size: int) -> list[Ours]:

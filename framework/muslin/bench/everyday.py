@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from muslin.base import paths
+from muslin.bench.roofline import yardstick
 from muslin.present.pictures import Show
 from muslin.simulation.runs import RunFolder
 from muslin.simulation.simulating import simulate
@@ -26,23 +27,27 @@ def checked() -> str:
 
 def pictures(
     folder: Path, steps: int = 160, size: tuple[int, int] = (1280, 720)
-) -> Iterator[tuple[str, np.ndarray]]:
-    """(quality, (frames, 2) wall and CPU time of a picture [ms]) of the scene `drape`, draft and good."""
+) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """(quality, (frames, 2) wall and CPU time of a picture, (frames,) the yardstick beside each [ms]): `drape`."""
     simulate("drape", steps=steps, frame_every=max(1, steps // 8), out=folder / "drape")
     for quality in ("draft", "good"):
         show = Show(RunFolder(folder / "drape"), size=size, quality=quality)
         frames = range(len(show.times))
         show.picture(frames[-1])
-        taken = []
+        taken, yards = [], []
         for k in frames:
+            yards.append(yardstick())
             wall, cpu = time.perf_counter(), time.process_time()
             show.picture(k)
             taken.append((time.perf_counter() - wall, time.process_time() - cpu))
-        yield quality, 1e3 * np.array(taken)
+        yield quality, 1e3 * np.array(taken), np.array(yards)
 
 
-def check(times: int = 3) -> np.ndarray | None:
-    """(times, 2) wall and CPU time of `muslin check` of one task, warm [ms]; None outside a checkout."""
+def check(times: int = 5) -> tuple[np.ndarray, np.ndarray] | None:
+    """(times, 2) wall and CPU time of `muslin check` of one task, warm, and the yardstick beside each [ms].
+
+    None outside a checkout.
+    """
     if not paths.in_repository():
         return None
     command = [
@@ -54,15 +59,17 @@ def check(times: int = 3) -> np.ndarray | None:
         "--functions",
         str(paths.solution("cloth")),
     ]
-    taken = []
+    taken, yards = [], []
     for k in range(times + 1):
+        yard = yardstick()
         wall, cpu = time.perf_counter(), _children()
         done = subprocess.run(command, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         if done.returncode:
             return None
         if k:  # the first may compile
             taken.append((time.perf_counter() - wall, _children() - cpu))
-    return 1e3 * np.array(taken)
+            yards.append(yard)
+    return 1e3 * np.array(taken), np.array(yards)
 
 
 def _children() -> float:

@@ -2,7 +2,7 @@
 
 A record as JSON::
 
-    {"version": 2, "kind": "2 cores, AVX-512", "busy": false,
+    {"version": 3, "kind": "2 cores, GenuineIntel 6-207, AVX-512", "busy": false,
      "ratios": {"100x100 native, speed against C++ (CPU)": {"median": 3.1, "low": 2.9, "high": 3.3}, ...}}
 
 It names no machine and no date: only what was divided by what, and the kind of processor, since a ratio of two
@@ -19,10 +19,13 @@ import numpy as np
 
 from muslin.base.errors import MuslinError
 
-VERSION = 2
+VERSION = 3
 
 #: A ratio has regressed if a step costs more than this many times what was recorded.
 REGRESSED = 1.2
+
+#: Ends the names of ratios of Muslin with itself, which every kind of processor should agree on.
+WITH_ITSELF = "against native (CPU)"
 
 
 @dataclass(frozen=True)
@@ -112,19 +115,24 @@ class Regression:
 def compare(now: Record, recorded: Record) -> tuple[list[Regression], list[str]]:
     """Which ratios regressed, and which could not be compared.
 
-    Wall times of a busy machine say nothing about the code: they are not compared.
+    Wall times of a busy machine say nothing about the code: they are not compared. Nor is, on another kind of
+    processor, what was measured against another program: only Muslin against itself.
 
     Returns
     -------
     regressions : list of Regression
     left_out : list of str
-        Names of recorded ratios that were not compared.
+        Names of recorded ratios that were not compared, and why.
     """
     regressions, left_out = [], []
     for name, before in recorded.ratios.items():
         here = now.ratios.get(name)
-        if here is None or (name.endswith("(wall)") and (now.busy or recorded.busy)):
-            left_out.append(name)
+        if here is None:
+            left_out.append(f"{name}: not measured now")
+        elif name.endswith("(wall)") and (now.busy or recorded.busy):
+            left_out.append(f"{name}: the machine {'is' if now.busy else 'was'} busy with something else")
+        elif now.kind != recorded.kind and not name.endswith(WITH_ITSELF):
+            left_out.append(f"{name}: recorded on another kind of processor")
         elif here.median * REGRESSED < before.median:
             regressions.append(Regression(name, before, here))
     return regressions, left_out

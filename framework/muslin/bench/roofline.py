@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import platform
+import re
 import subprocess
 import sys
 import threading
@@ -70,12 +71,16 @@ def yardstick(times: int = 3) -> float:
 
 
 def kind() -> str:
-    """The kind of processor: cores that can be used, and the widest vectors a compiler may fill."""
+    """The kind of processor: cores that can be used, its model, and the widest vectors a compiler may fill."""
     try:
-        flags = Path("/proc/cpuinfo").read_text(encoding="utf-8").split()
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").partition("\n\n")[0].splitlines()
     except OSError:
-        flags = []
+        lines = []
+    said = dict(re.split(r"\s*:\s*", line, maxsplit=1) for line in lines if ":" in line)
+    flags = (said.get("flags") or said.get("Features") or "").split()
     names = {"avx512f": "AVX-512", "avx2": "AVX2", "asimd": "NEON"}
     vectors = next((name for flag, name in names.items() if flag in flags), platform.machine())
+    model = f"{said.get('cpu family', '')}-{said.get('model', '')}".strip("-")
     cores = runtime.usable_cores()
-    return f"{cores} core{'s' * (cores > 1)}, {vectors}"
+    parts = (f"{cores} core{'s' * (cores > 1)}", f"{said.get('vendor_id', '')} {model}".strip(), vectors)
+    return ", ".join(part for part in parts if part)

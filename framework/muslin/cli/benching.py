@@ -48,11 +48,11 @@ def bench(
         say(f"REGRESSED {regression}")
     compared = len(recorded.ratios) - len(left_out)
     say(f"{len(regressions)} of {compared} ratios regressed by more than 20 %.")
-    if regressions and recorded.kind != now.kind:
+    if recorded.kind != now.kind:
         say(
             f"The record is of another kind of processor ({recorded.kind or 'not said'}) than this one ({now.kind}), "
-            "where these ratios differ by themselves: to know whether the code got slower, write a record of the "
-            "earlier commit here (muslin bench --out FILE) and compare with that."
+            "where what is measured against other programs differs by itself: to know whether the code got slower, "
+            "write a record of the earlier commit here (muslin bench --out FILE) and compare with that."
         )
     if regressions or not compared:
         raise typer.Exit(1)
