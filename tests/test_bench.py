@@ -128,3 +128,53 @@ def test_a_record_of_another_kind_of_processor_is_said(measured, tmp_path):
         done = run("--read", measured[1], "--against", tmp_path / "before.json")
         assert ("64 cores, made of brass" in done.output) == said
         assert "REGRESSED" not in done.output
+
+
+def test_overlapping_spreads_are_said():
+    before, now = record.Ratio(4.0, 2.0, 6.0), record.Ratio(3.0, 1.5, 5.0)
+    regressions, _ = record.compare(record.Record({"a": now}), record.Record({"a": before}))
+    assert "measure again" in str(regressions[0])
+
+
+def test_a_record_with_nothing_in_common_is_no_success(measured, tmp_path):
+    record.Record({"something else": record.Ratio(1, 1, 1)}).save(tmp_path / "other.json")
+    done = run("--read", measured[1], "--against", tmp_path / "other.json")
+    assert done.exit_code == 1
+    assert "not compared: something else" in done.output
+
+
+@pytest.mark.parametrize("text", ["", "[]", '{"version": 1}', '{"version": 99, "ratios": {}}'])
+def test_what_is_no_record_is_refused(text, tmp_path):
+    file = tmp_path / "record.json"
+    file.write_text(text)
+    with pytest.raises(MuslinError, match="not a record"):
+        record.Record.load(file)
+
+
+def test_the_shipped_record_is_one_and_covers_every_size(pytestconfig):
+    shipped = record.Record.load(pytestconfig.rootpath / "tests" / "benchmarks" / "recorded.json")
+    for size in bench.PLAN:
+        assert any(name.startswith(f"{size}x{size} native") for name in shipped.ratios)
+
+
+def test_candidates_take_turns():
+    order = []
+
+    class Someone:
+        def __init__(self, name):
+            self.name = name
+
+        def steps(self, count):
+            order.append(self.name)
+            return np.ones((count - 1, 2))
+
+    times = candidates.alternate([Someone("a"), Someone("b")], 3, lambda done: done == 2)
+    assert order == ["a", "b", "a", "b"]
+    assert times["a"].shape == (2, 2)
+
+
+def test_where_there_is_no_compiler_the_baseline_says_so(monkeypatch, tmp_path):
+    monkeypatch.setattr(candidates.shutil, "which", lambda name: None)
+    program, why = candidates.build_baseline(tmp_path)
+    assert program is None
+    assert "compiler" in why

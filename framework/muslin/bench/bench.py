@@ -136,9 +136,7 @@ def _tell_steps(
 ) -> None:
     reference, base = candidates[0].name, times[candidates[0].name]
     say(f"\nthrow, {size}x{size} vertices, ms per step; median of {len(base)} rounds, spread of the ratios")
-    say(
-        f"  {'':20}{'wall':>9}{'least':>9}{'CPU':>9}{'speed against ' + reference + ', wall':>32}{'CPU':>20}"
-    )
+    say(f"  {'':20}{'wall':>9}{'least':>9}{'CPU':>9}{'speed against ' + reference + ', wall':>32}{'CPU':>20}")
     for name, taken in times.items():
         (wall, cpu), least = np.median(taken, axis=0), taken[:, 0].min()
         text = f"  {name:20}{wall:9.2f}{least:9.2f}{cpu:9.2f}"
@@ -167,7 +165,7 @@ def _tell_steps(
 def _tell_everyday(folder: Path, record: Record, say: Say) -> None:
     say("\nWhat a person waits for [ms]")
     waits = list(everyday.pictures(folder))
-    names = [(f"{quality} picture, 1280x720", *taken) for quality, *taken in waits]
+    names = [(f"{quality} picture, 1280x720", taken, yards) for quality, taken, yards in waits]
     checked = everyday.check()
     if checked is not None:
         names.append((f"muslin check {everyday.checked()}, warm", *checked))
