@@ -4,13 +4,14 @@ import json
 import re
 import struct
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 
 import meshio
 import numpy as np
 import pytest
 
 from muslin.base.errors import MuslinError
-from muslin.export import FORMATS, MAX_FRAMES, Animation, Prop, write
+from muslin.export import FORMATS, MAX_FRAMES, Animation, Prop, Shape, write
 from muslin.render.materials import linear
 from muslin.render.stage import texture_coordinates
 
@@ -235,6 +236,70 @@ def test_usda_says_the_same_to_openusd(tmp_path):
     still = UsdGeom.Mesh(stage.GetPrimAtPath(f"{root}/ball"))
     assert still.GetPointsAttr().GetNumTimeSamples() == 0
     assert UsdGeom.Mesh(stage.GetPrimAtPath(f"{root}/ball_2")).GetPointsAttr().GetNumTimeSamples() == 5
+
+
+def samples_of(prim, attribute):
+    """Time samples of a USDA attribute, code -> numbers."""
+    begin = prim.index(f"{attribute}.timeSamples = {{")
+    lines = prim[begin : prim.index("        }\n", begin)].splitlines()[1:]
+    pairs = (line.strip().rstrip(",").split(": ", 1) for line in lines)
+    return {float(code): np.array(re.findall(r"[-+.\de]+", text), dtype=float) for code, text in pairs}
+
+
+def adapting(k=5, changes=(0, 2, 3)):
+    """Frames of a cloth whose mesh changes in some, and the animation of it."""
+    given, sizes = animation(k=k, strain=False), {}
+    for frame in range(k):
+        sizes[frame] = 3 + 2 * max(i for i, change in enumerate(changes) if change <= frame)
+
+    def shape(frame):
+        rest, triangles = sheet(sizes[frame])
+        return Shape(
+            rest + np.array([0.0, 0.1 * frame, 0.0]), rest, triangles, np.arange(len(rest)) + 0.5 * frame
+        )
+
+    return replace(given, adapted=shape), shape
+
+
+def test_usda_of_an_adaptive_cloth_has_the_mesh_of_each_frame(tmp_path):
+    given, shape = adapting()
+    text = write(given, tmp_path / "drape", "usda")[0].read_text()
+    assert text.count("{") == text.count("}")
+    cloth = text[text.index('def Mesh "drape"') : text.index('def Mesh "ball"')]
+    points, corners, counts, normals, st, strain = (
+        samples_of(cloth, name)
+        for name in (
+            "points", "faceVertexIndices", "faceVertexCounts", "normals", "primvars:st", "primvars:strain",
+        )
+    )  # fmt: skip
+    assert list(corners) == list(counts) == [0, 2, 3]
+    assert list(points) == list(normals) == list(st) == list(strain) == [0, 1, 2, 3, 4]
+    for k in range(5):
+        wanted, held = shape(k), max(code for code in corners if code <= k)
+        assert np.array_equal(corners[held].reshape(-1, 3), wanted.triangles)
+        assert np.array_equal(counts[held], np.full(len(wanted.triangles), 3))
+        assert np.array_equal(points[k].reshape(-1, 3).astype(np.float32), wanted.x.astype(np.float32))
+        assert np.array_equal(strain[k], wanted.strain)
+        assert len(normals[k]) == len(points[k]) == len(st[k]) // 2 * 3
+    assert "faceVertexIndices = " in text[text.index('def Mesh "ball"') :]  # what stays has no samples
+
+
+def test_usda_of_an_adaptive_cloth_says_the_same_to_openusd(tmp_path):
+    pytest.importorskip("pxr")
+    from pxr import Usd, UsdGeom
+
+    given, shape = adapting()
+    stage = Usd.Stage.Open(str(write(given, tmp_path / "drape", "usda")[0]))
+    mesh = UsdGeom.Mesh(stage.GetPrimAtPath(f"{stage.GetDefaultPrim().GetPath()}/drape"))
+    for k in range(5):
+        code, wanted = Usd.TimeCode(k), shape(k)
+        triangles = np.array(mesh.GetFaceVertexIndicesAttr().Get(code)).reshape(-1, 3)
+        np.testing.assert_array_equal(triangles, wanted.triangles)
+        np.testing.assert_allclose(np.array(mesh.GetPointsAttr().Get(code)), wanted.x, atol=1e-6)
+        assert UsdGeom.Mesh.ValidateTopology(
+            mesh.GetFaceVertexIndicesAttr().Get(code), mesh.GetFaceVertexCountsAttr().Get(code), len(wanted.x)
+        )[0]
+        assert len(UsdGeom.PrimvarsAPI(mesh).GetPrimvar("st").Get(code)) == len(wanted.x)
 
 
 def test_usda_of_uneven_times_keeps_the_times(tmp_path):

@@ -1,4 +1,4 @@
-"""OpenUSD in ASCII: a Mesh prim per body with time-sampled points.
+"""OpenUSD in ASCII: a Mesh prim per body with time-sampled points, and triangles too where these change.
 
 https://openusd.org/release/api/class_usd_geom_mesh.html
 """
@@ -8,7 +8,7 @@ from __future__ import annotations
 import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
-from typing import IO
+from typing import IO, Any
 
 import numpy as np
 
@@ -31,7 +31,8 @@ def write_usda(animation: Animation, path: Path, notice: Notice) -> list[Path]:
     """Write the animation as one USDA file. Opens in Blender, Houdini, Maya, usdview, Omniverse.
 
     One time code per frame where the frames are evenly spaced in time, so that frame k of the animation is
-    frame k of the program that opens it; `timeCodesPerSecond` says how fast they follow each other.
+    frame k of the program that opens it; `timeCodesPerSecond` says how fast they follow each other. The mesh of an
+    adaptive cloth is that of each frame: its triangles have a sample wherever they change, and hold until the next.
 
     Parameters
     ----------
@@ -96,18 +97,19 @@ def time_codes(times: np.ndarray) -> tuple[str, list[str]]:
 
 
 def _write_mesh(file: IO[str], body: Body, codes: list[str], scene: str, animation: Animation) -> None:
-    t = body.triangles
+    adapted = animation.adapted if body.rest is not None else None
     file.write(
         f'    def Mesh "{body.name}" (\n        prepend apiSchemas = ["MaterialBindingAPI"]\n    )\n    {{\n'
         "        uniform bool doubleSided = 1\n"
         '        uniform token subdivisionScheme = "none"\n'
         f"        rel material:binding = <{scene}/Materials/{body.name}>\n"
-        f"        int[] faceVertexCounts = [{', '.join(['3'] * len(t))}]\n"
-        f"        int[] faceVertexIndices = [{', '.join(map(str, t.ravel().tolist()))}]\n"
     )
+    if adapted is None:
+        for name, value in _corners(body.triangles).items():
+            file.write(f"        int[] {name} = {value}\n")
     colour = _rows(np.array([linear(body.colour).round(6).tolist()]))
     _attribute(file, "color3f[] primvars:displayColor", [], [colour], "constant")
-    if body.rest is not None:
+    if body.rest is not None and adapted is None:
         st = _rows(texture_coordinates(body.rest))
         _attribute(file, "texCoord2f[] primvars:st", [], [st], "vertex")
 
@@ -115,25 +117,59 @@ def _write_mesh(file: IO[str], body: Body, codes: list[str], scene: str, animati
     # the file, what is derived from them waits.
     extents: list[str] = []
     strains: dict[str, str] = {}
-    with tempfile.SpooledTemporaryFile(_IN_MEMORY, "w+", encoding="utf-8", newline="\n") as normals:
+    mesh: dict[str, dict[str, str]] = {"faceVertexCounts": {}, "faceVertexIndices": {}}
+    with _waiting() as normals, _waiting() as textures:
 
         def points() -> Iterator[str]:
+            last: np.ndarray | None = None
             for k, code in enumerate(codes or [""]):
-                x = body.at(k).astype(np.float32)
+                shape = adapted(k) if adapted is not None else None
+                t = body.triangles if shape is None else shape.triangles
+                x = (body.at(k) if shape is None else shape.x).astype(np.float32)
+                if shape is not None:
+                    textures.write(_rows(texture_coordinates(shape.rest)) + "\n")
+                    if last is None or not np.array_equal(last, t):
+                        for name, value in _corners(t).items():
+                            mesh[name][code] = value
+                    last = t
                 normals.write(_rows(unit_normals(x, t), digits=5) + "\n")
                 extents.append(_rows(np.stack([x.min(axis=0), x.max(axis=0)])))
-                strain = animation.strain_at(k) if body.rest is not None else None
+                strain = None
+                if body.rest is not None:
+                    strain = animation.strain_at(k) if shape is None else shape.strain
                 if strain is not None:
                     strains[code] = f"[{', '.join([f'{s:.7g}' for s in strain.tolist()])}]"
                 yield _rows(x)
 
         _attribute(file, "point3f[] points", codes, points())
-        normals.seek(0)
-        _attribute(file, "normal3f[] normals", codes, (line.rstrip("\n") for line in normals), "vertex")
+        _attribute(file, "normal3f[] normals", codes, _lines(normals), "vertex")
+        if adapted is not None:
+            _attribute(file, "texCoord2f[] primvars:st", codes, _lines(textures), "vertex")
+    if adapted is not None:
+        for name, samples in mesh.items():
+            _attribute(file, f"int[] {name}", [code for code in samples if code], samples.values())
     _attribute(file, "float3[] extent", codes, extents)
     if strains:
         _attribute(file, "float[] primvars:strain", [c for c in strains if c], strains.values(), "vertex")
     file.write("    }\n\n")
+
+
+def _corners(triangles: np.ndarray) -> dict[str, str]:
+    """Triangles as attributes of a Mesh."""
+    return {
+        "faceVertexCounts": f"[{', '.join(['3'] * len(triangles))}]",
+        "faceVertexIndices": f"[{', '.join(map(str, triangles.ravel().tolist()))}]",
+    }
+
+
+def _waiting() -> Any:
+    """A file for samples that are written later."""
+    return tempfile.SpooledTemporaryFile(_IN_MEMORY, "w+", encoding="utf-8", newline="\n")
+
+
+def _lines(waiting: Any) -> Iterator[str]:
+    waiting.seek(0)
+    return (line.rstrip("\n") for line in waiting)
 
 
 def _attribute(
