@@ -11,7 +11,7 @@ import muslin
 from muslin.base.errors import MuslinError
 from muslin.physics.colliders import Capsule, Plane, Sphere
 from muslin.physics.meeting import meet, nearest_weights
-from muslin.simulation import integrators, scenes, simulating
+from muslin.simulation import guarded, integrators, scenes, simulating
 from muslin.simulation.runs import COLUMNS, RunFolder
 
 SOLVED = {"contact": "solve", "resolution": 16, "bending": "off"}
@@ -44,6 +44,27 @@ def test_contact_adds_no_energy(case):
     assert run.energies.approach.min() >= -1e-9
     assert run.energies.penetration.max() < 1e-6
     assert_nothing_is_gained(run)
+
+
+def test_backward_euler_ends_every_step_of_a_cloth_that_buckles_on_the_sphere():
+    """Its residual is as small as contacts, a million times as hard as the cloth, let rounding make it."""
+    run = muslin.simulate("drape", resolution=12, integrator="backward-euler", dt=1 / 60, steps=32)
+    assert run.energies.contacts.max() > 4
+    assert run.energies.penetration.max() < 1e-6
+    assert_nothing_is_gained(run)
+
+
+def test_a_step_in_which_newton_finds_no_end_is_taken_in_halves(monkeypatch):
+    monkeypatch.setattr(guarded, "WHOLE", 6)
+    how = {"resolution": 8, "integrator": "backward-euler", "dt": 1 / 60, "steps": 20}
+    run = muslin.simulate("drape", **how)
+    np.testing.assert_allclose(run.energies.time, np.arange(21) / 60, atol=1e-12)
+    assert run.energies.contacts.max() > 0
+    assert run.energies.penetration.max() < 1e-6
+    assert_nothing_is_gained(run)
+    monkeypatch.setattr(guarded, "HALVES", 0)
+    with pytest.raises(MuslinError, match="did not converge in 6 iterations"):
+        muslin.simulate("drape", **how)
 
 
 @pytest.mark.parametrize("speed", [20.0, 120.0])

@@ -28,6 +28,9 @@ FORCE, EASE, PARTS = 10.0, 0.1, 16
 #: Iterations of Newton's method for a step that would add to the energy, and how often what they find is halved.
 ITERATIONS, SHORTER = 20, 30
 
+#: Iterations of Newton's method for a whole step, and how often it is halved where they do not do.
+WHOLE, HALVES = 300, 6
+
 #: How often what is in the way of pinned vertices is made to give way in a step at most, and how exactly.
 CARRIED, COARSE = 50, 1e-3
 
@@ -47,14 +50,14 @@ def linear(
     return model.system.solve(b, known, model.coupling(known, dt), guess=state.v)
 
 
-def newtons(model: Model, problem: IncrementalPotential) -> np.ndarray:
+def newtons(model: Model, problem: IncrementalPotential, iterations: int = newton.ITERATIONS) -> np.ndarray:
     """Velocities (n, 3) that minimise the incremental potential, by the student's Newton where there is one."""
     if model.barrier:
         v = _nearing(model, problem)
     elif functions := model.body.roles.calling(by_student.NEEDS["newton"]):
         v = by_student.minimise(functions.newtons_method, problem, problem.start(), model.tolerance)
     else:
-        v = newton.minimise(problem, problem.start(), model.tolerance)
+        v = newton.minimise(problem, problem.start(), model.tolerance, iterations=iterations)
     return v.reshape(-1, 3)
 
 
@@ -78,6 +81,27 @@ def _nearing(model: Model, problem: IncrementalPotential) -> np.ndarray:
     )
 
 
+def whole(model: Model, state: State, dt: float, halved: int = 0) -> State:
+    """One step of backward Euler with contacts in the system; in two of half the length where Newton finds no end.
+
+    The body must have been updated to the state.
+
+    Raises
+    ------
+    SimulationError
+        If that is of no avail either.
+    """
+    try:
+        return step(model, state, dt, whole=True)
+    except SimulationError:
+        if halved == HALVES or model.barrier or model.body.roles.calling(by_student.NEEDS["newton"]):
+            raise
+    for _ in range(2):
+        model.body.update(state.x)
+        state = whole(model, state, dt / 2, halved + 1)
+    return state
+
+
 def step(model: Model, state: State, dt: float, whole: bool = False) -> State:
     """One step with contacts in the system; `whole`: of backward Euler from the first, not only where needed."""
     model.prepare()
@@ -87,7 +111,7 @@ def step(model: Model, state: State, dt: float, whole: bool = False) -> State:
     lifted = _lift(model, state, dt, touching) if touching and touching.inside.any() else None
     if whole:
         model.body.update(state.x)
-        v = newtons(model, IncrementalPotential(model, state, dt, touching))
+        v = newtons(model, IncrementalPotential(model, state, dt, touching, whole=True), WHOLE)
     else:
         v = linear(model, state, dt, known, touching)
     following = _landed(model, state, dt, touching, v, lifted)

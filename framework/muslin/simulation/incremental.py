@@ -8,6 +8,7 @@ import numpy as np
 
 from muslin.simulation.model import Model, State
 from muslin.simulation.touching import Touching
+from muslin.solve.superlu import Indefinite
 
 #: How often the contacts at the end of a step of Newton's method are looked for at most.
 ROUNDS = 20
@@ -19,10 +20,23 @@ class IncrementalPotential:
     Phi(v) = 1/2 (v - v_n)^T M (v - v_n) + V(q + dt v), whose gradient is the backward Euler equation: momenta and
     impulses. Its rounding error is that of the forces, 32 eps |K| |x|. Damping adds dt/2 v^T C v, with C = beta K at q.
     Where a barrier keeps the body from crossing itself, its energy is in V, and friction with itself adds dt D(v).
+
+    Parameters
+    ----------
+    touching : Touching, optional
+        Contacts that are part of the step.
+    whole : bool
+        Whether the minimum itself is wanted, and not only a place with less energy: near it the exact Hessian is the
+        guide (the projected one is so much harder where a sheet buckles that thousands of steps would be needed), and
+        the contacts are those that press at the end of a step of Newton's method.
     """
 
-    def __init__(self, model: Model, state: State, dt: float, touching: Touching | None = None):
+    def __init__(
+        self, model: Model, state: State, dt: float, touching: Touching | None = None, whole: bool = False
+    ):
         self.model, self.state, self.dt, self.touching = model, state, dt, touching
+        self._ahead = whole or model.barrier is not None
+        self._exact = self._ahead or model.body.exact_near_rest
         self.air = model.air(state, dt)
         self.damper = model.damper(state.x)
         self.free = np.repeat(~model.system.pinned, 3)
@@ -102,7 +116,7 @@ class IncrementalPotential:
 
     def assemble(self, exact: bool) -> bool:
         """Write M + dt^2 K down, with the exact K only where the body wants it."""
-        exact = exact and (self.model.body.exact_near_rest or self.barrier is not None)
+        exact = exact and self._exact
         self._project = self.model.project and not exact
         self._write(self.touching.pressing(self._v) if self.touching else None)
         if self.barrier:
@@ -125,20 +139,35 @@ class IncrementalPotential:
         forces = body.summands_here(self._x, self._project, more)
         if self.barrier:
             forces = forces + np.abs(self._repulsion) @ np.abs(self._x).ravel()
-        return 32 * np.finfo(float).eps * self.dt * forces
+        noise = 32 * np.finfo(float).eps * self.dt * forces
+        if self.touching and self._ahead:
+            noise += self.touching.rounding(self._v)
+        return noise
 
     def solve(self, r: np.ndarray) -> np.ndarray:
         """(M + dt^2 K)^-1 r."""
         return self.model.system.solve(r.reshape(-1, 3)).ravel()
 
     def step(self, r: np.ndarray) -> np.ndarray:
-        """(M + dt^2 K)^-1 r, where the body must not cross itself with the contacts that press at the end of the step.
+        """(M + dt^2 K)^-1 r, for a `whole` step with the contacts that press at the end of Newton's.
 
         Newton's own step knows of those at its beginning alone. What it drives into a collider holds it up there: in a
         pile it would be halved a hundred times.
         """
+        if self._project or not self._ahead:
+            return self._aimed(r)
+        self.model.system.require_definite(True)
+        try:
+            return self._aimed(r)
+        except Indefinite:  # not near enough yet: going on with it would lead to no minimum
+            self.assemble(False)
+            return self._aimed(r)
+        finally:
+            self.model.system.require_definite(False)
+
+    def _aimed(self, r: np.ndarray) -> np.ndarray:
         step, touching = self.solve(r), self.touching
-        if touching is None or self.barrier is None:
+        if touching is None or not self._ahead:
             return step
         first, now = step, touching.pressing(self._v)
         presses = now

@@ -50,7 +50,8 @@ def linearly_implicit_euler(model: Model, state: State, dt: float) -> State:
 def backward_euler(model: Model, state: State, dt: float) -> State:
     """One step of backward Euler, by Newton's method with a backtracking line search.
 
-    It ends as `muslin.simulation.newton.minimise` says, with `model.tolerance`.
+    It ends as `muslin.simulation.newton.minimise` says, with `model.tolerance`. Where contacts are part of the system
+    and Newton's method does not end, two steps of half the length are taken, and so on.
 
     Raises
     ------
@@ -58,7 +59,7 @@ def backward_euler(model: Model, state: State, dt: float) -> State:
         If Newton does not converge.
     """
     if model.contact == "solve":
-        return guarded.step(model, state, dt, whole=True)
+        return guarded.whole(model, state, dt)
     contacts = model.contacts(state, dt)
     v = guarded.newtons(model, IncrementalPotential(model, state, dt))
     return _finish(model, state, v, contacts, dt)

@@ -75,7 +75,11 @@ class Problem(Protocol):
 
 
 def minimise(
-    problem: Problem, v: np.ndarray, tolerance: float, enough: Callable[[np.ndarray], bool] | None = None
+    problem: Problem,
+    v: np.ndarray,
+    tolerance: float,
+    enough: Callable[[np.ndarray], bool] | None = None,
+    iterations: int = ITERATIONS,
 ) -> np.ndarray:
     """Where the gradient is as good as zero.
 
@@ -88,6 +92,8 @@ def minimise(
         The gradient counts as zero below this share of its largest term, or below its own rounding error.
     enough : callable, optional
         Asked after each iteration whether v is good enough already; it must leave the problem at v.
+    iterations : int
+        At most.
 
     Raises
     ------
@@ -96,7 +102,7 @@ def minimise(
     """
     v, phi = begun(problem, v)
     whole = False
-    for _ in range(ITERATIONS):
+    for _ in range(iterations):
         r, scale = problem.gradient()
         size = problem.size(r)
         if not np.isfinite(size):
@@ -117,7 +123,7 @@ def minimise(
         if enough and enough(v):
             return v
     raise SimulationError(
-        f"Newton's method did not converge in {ITERATIONS} iterations: "
+        f"Newton's method did not converge in {iterations} iterations: "
         f"the residual is {size / scale:.1e} of its scale.",
         "Reduce dt.",
     )

@@ -128,6 +128,13 @@ class Touching:
             push[:, None] * self.pairs.normals + self.grip[:, None] * across, v.size // 3
         ).ravel()
 
+    def rounding(self, v: np.ndarray) -> np.ndarray:
+        """Rounding error of the gradient, like v [N s]: a contact is so hard that the velocity's own shows."""
+        u, inwards, _ = self._along(v)
+        size = np.where(inwards < 0, self.stiffness, 0.0) * (np.linalg.norm(u, axis=1) + np.abs(self.least))
+        rows = 4 * np.finfo(float).eps * size[:, None] * np.abs(self.pairs.normals)
+        return self.spread(rows, v.size // 3).ravel()
+
     def spread(self, rows: np.ndarray, n: int) -> np.ndarray:
         """Sum one row (c, 3) for each point into (n, 3), as much to each corner as it weighs."""
         out = np.zeros((n, 3))

@@ -9,6 +9,7 @@ from muslin.base import runtime
 from muslin.base.errors import SimulationError
 from muslin.physics.elements.layout import Layout, pointers
 from muslin.solve import ordering
+from muslin.solve.superlu import Indefinite
 
 #: Least relative residual asked of conjugate gradients in single precision.
 SINGLE = 1e-5
@@ -21,6 +22,8 @@ class ConjugateGradients:
     matrix. No factors: memory grows like
     the mesh. The number of iterations, some hundreds to thousands on stiff cloth, decides its time.
     """
+
+    only_definite = False
 
     def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
         from muslin.base.launch import Launch
@@ -61,6 +64,8 @@ class ConjugateGradients:
         self.iterations = 0
         while not self._sums[1] <= enough:
             if self.iterations >= 20 * len(b) + 1000 or not self._sums[0] > 0:
+                if self.only_definite:
+                    raise Indefinite
                 size = np.sqrt(self._sums[1] / max(self._sums[2], 1e-300))
                 raise SimulationError(
                     f"Conjugate gradients stopped at a residual of {size:.1e} after {self.iterations} iterations.",

@@ -14,7 +14,7 @@ import scipy.sparse as sp
 from muslin.base import runtime
 from muslin.physics.elements.layout import Layout
 from muslin.solve import cholmod, ordering
-from muslin.solve.superlu import pivoted
+from muslin.solve.superlu import Indefinite, pivoted
 
 
 class _Triangle:
@@ -42,6 +42,8 @@ class Cholmod:
 
     Where the library cannot be called directly (see `muslin.solve.cholmod`), cvxopt's wrapper is.
     """
+
+    only_definite = False
 
     def __init__(
         self,
@@ -96,7 +98,8 @@ class Cholmod:
         try:
             return self._solve(b)
         except ArithmeticError:
-            pass
+            if self.only_definite:
+                raise Indefinite from None
         n = len(b)
         full, order = self._triangles[0].full(self._pieces[0]), self._triangles[0].order
         if len(self._triangles) == 2:

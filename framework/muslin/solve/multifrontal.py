@@ -18,7 +18,7 @@ import scipy.sparse as sp
 from muslin.base import runtime
 from muslin.physics.elements.layout import Layout, pointers
 from muslin.solve import ordering
-from muslin.solve.superlu import pivoted
+from muslin.solve.superlu import Indefinite, pivoted
 
 #: Largest piece of a cloth that is a front of its own, uncut [vertices].
 FRONT = 5
@@ -206,6 +206,8 @@ class _Panels:
 class Multifrontal:
     """Cholesky factorisation by dense fronts, in kernels of our own."""
 
+    only_definite = False
+
     def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
         from muslin.base.launch import Launch
         from muslin.solve.fronts import factorisation
@@ -235,6 +237,8 @@ class Multifrontal:
         self._bad[0] = 0
         self._launch()
         if self._bad[0]:
+            if self.only_definite:
+                raise Indefinite
             return pivoted(self._full()).solve(b.ravel()).reshape(-1, 3)
         return self._b.take(self._place, axis=0)
 

@@ -41,6 +41,8 @@ class Solver(Protocol):
 
     layout: Layout
     data: np.ndarray
+    #: Whether a matrix that is not positive definite is refused (`Indefinite`), by those that notice, and not solved
+    only_definite: bool
 
     def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Solve A y = b, both (n, 3), for the matrix that is in `data` now."""
@@ -162,6 +164,11 @@ class System:
             )
         outside = ~pinned[row] & pinned[col]
         self.coupling = Layout.csr(row[outside], col[outside], n)
+
+    def require_definite(self, required: bool) -> None:
+        """From now on raise `Indefinite` for matrices that are not positive definite, where that is noticed, or not."""
+        if self.solver is not None:
+            self.solver.only_definite = required
 
     def solve(
         self,

@@ -13,11 +13,17 @@ from muslin.physics.elements.layout import Layout
 from muslin.solve import ordering
 
 
+class Indefinite(ArithmeticError):
+    """A matrix that was to be positive definite is not."""
+
+
 class SuperLU:
     """SciPy's SuperLU in symmetric mode: no extra package.
 
     A `definite` matrix needs no pivoting, which keeps the ordering's sparsity.
     """
+
+    only_definite = False
 
     def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
         self.n, self.definite = graph.shape[0], definite

@@ -18,6 +18,8 @@ class Varying:
         What to add to `data`.
     """
 
+    only_definite = False
+
     def __init__(self, graph: sp.csr_matrix, points: np.ndarray, definite: bool, tolerance: float):
         self.n, self.definite = graph.shape[0], definite
         graph = graph.sorted_indices()
