@@ -188,7 +188,7 @@ class Refinement:
             parents=np.concatenate([self.parents, parents]),
             children=np.concatenate([self.children, children[owner]]),
             born=np.concatenate([self.born, np.full(len(parents), g, dtype=np.int32)]),
-            across=opposite(triangles, n + len(parents)),
+            across=_across_again(self.across, triangles, children.ravel(), n + len(parents)),
         )
         return refined._flip(children.ravel(), g + 1)
 
@@ -204,7 +204,7 @@ class Refinement:
         triangles[rows, 2] = self.triangles[mates, 0]
         triangles[mates, 2] = self.triangles[rows, 0]
         generation[rows] = generation[mates] = odd + 1
-        across = opposite(triangles, self.vertices)
+        across = _across_again(self.across, triangles, np.concatenate([rows, mates]), self.vertices)
         return replace(self, triangles=triangles, generation=generation, across=across)
 
     # Coarsening ---------------------------------------------------------------------------------------------
@@ -339,6 +339,25 @@ def opposite(triangles: np.ndarray, n: int) -> np.ndarray:
     across = np.full(len(key), -1, dtype=np.int32)
     across[one[pairs]], across[two[pairs]] = two[pairs], one[pairs]
     return across.reshape(-1, 3)
+
+
+def _across_again(across: np.ndarray, triangles: np.ndarray, changed: np.ndarray, n: int) -> np.ndarray:
+    """`opposite` where only some rows have changed: what lies across them, and they across what surrounds them.
+
+    The first rows are those that `across` is of; what is beyond them is among the changed.
+    """
+    out = np.concatenate([across, np.full((len(triangles) - len(across), 3), -1, dtype=np.int32)])
+    around = across[changed[changed < len(across)]]
+    near = np.zeros(len(triangles), dtype=bool)
+    near[changed] = near[around[around >= 0] // 3] = True
+    rows = np.flatnonzero(near).astype(np.int32)
+    own = opposite(triangles[rows], n)
+    moved = np.zeros(len(triangles), dtype=bool)
+    moved[changed] = True
+    inside, old = own >= 0, out[rows]
+    # An edge of a row that stays, with nothing here across it, is one to a row that stays, too.
+    out[rows] = np.where(inside, 3 * rows[own // 3] + own % 3, np.where(moved[rows, None], -1, old))
+    return out
 
 
 def violations(mesh: Refinement, euler: int | None = None) -> list[str]:

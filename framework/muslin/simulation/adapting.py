@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
@@ -86,6 +87,7 @@ class Adapter:
         self.model, self.refined = model, Refinement.of(mesh)
         self.log: list[tuple[float, ...]] = []
         self._undeformed = self.refined, mesh.vertices
+        self._weighed: tuple[Any, Sheet] = None, Sheet(mesh.triangles, np.zeros(0))
         self._resumed = refined is not None
         if refined is not None:
             self.refined, self.log = refined
@@ -137,7 +139,12 @@ class Adapter:
             changed = self._refined(changed, rows)
         if changed is state:
             return state
+        hessian_here = self.model.hessian_here
         self._rebuild()
+        self.model.hessian_here = hessian_here
+        self.model.body.update(changed.x)
+        self.model.prepare()  # with the energies all that the next step needs
+        self.model.here = changed
         after = self._energies(changed)
         lost = [a - b for a, b in zip(after, before, strict=True)]
         self.log.append((state.time, len(changed.x), len(self.refined.triangles), *lost))
@@ -187,7 +194,7 @@ class Adapter:
         self.refined = self.refined.refine(rows)
         after = self._sheet()
         x, v = self.refined.spread(state.x), self.refined.spread(state.v)
-        exchange = Exchange(sheet, after, len(x), self._free(self.refined))
+        exchange = Exchange(sheet, after, len(x), self._free(self.refined), _changed(sheet, after))
         moved = exchange.recentred(x)
         v = exchange.conserved(x, moved, v, v)
         pressed = carrying.refined(state.pressed, self.refined, sheet, after)
@@ -219,8 +226,11 @@ class Adapter:
         return indicator(self.refined, self._rest(), state.x, colliders, angle, scene.refine_stretch)
 
     def _sheet(self) -> Sheet:
-        area = area_and_normal(self._rest(), self.refined.triangles)[0]
-        return Sheet(self.refined.triangles, self._mass / float(area.sum()) * area)
+        if self._weighed[0] is not self.refined:
+            area = area_and_normal(self._rest(), self.refined.triangles)[0]
+            sheet = Sheet(self.refined.triangles, self._mass / float(area.sum()) * area)
+            self._weighed = self.refined, sheet
+        return self._weighed[1]
 
     def _free(self, mesh: Refinement) -> np.ndarray:
         return ~mesh.all_of(self._pinned)
@@ -241,7 +251,15 @@ class Adapter:
         )
 
     def _energies(self, state: State) -> tuple[float, float, float]:
+        """Kinetic, elastic and gravity energy [J]."""
         body = self.model.body
-        if not np.array_equal(body.elements["energy"].x, state.x):
+        if self.model.here is not state:
             body.update(state.x)
         return body.kinetic_energy(state.v), body.energy_here(), self.model.potential(state.x)
+
+
+def _changed(before: Sheet, after: Sheet) -> tuple[np.ndarray, np.ndarray]:
+    """Which rows of a mesh, and of what it was refined to, are not the same triangle in both."""
+    old = len(before.triangles)
+    rows = np.flatnonzero((before.triangles != after.triangles[:old]).any(axis=1))
+    return rows, np.concatenate([rows, np.arange(old, len(after.triangles))])

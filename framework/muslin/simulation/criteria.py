@@ -16,7 +16,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from muslin.mesh import Refinement, area_and_normal, principal_stretches
+from muslin.mesh import Refinement
 from muslin.mesh.refinement import BASE
 from muslin.physics.colliders import Collider
 
@@ -42,41 +42,83 @@ def indicator(
     stretch : float
         Largest difference of their principal stretches; 0: any.
     """
-    triangles = mesh.triangles
-    area, normal = area_and_normal(x, triangles)
-    neighbour = np.where(mesh.across >= 0, mesh.across // 3, np.arange(len(triangles))[:, None])
-    found = _largest(_between(mesh, normal)) / angle
+    corners = mesh.triangles.T
+    here, there = np.ascontiguousarray(x.T), np.ascontiguousarray(rest.T)
+    one, two = _edges(here, corners)
+    normal, area = _normal(one, two)
+    found = _angles(_chords(mesh, normal).max(axis=0)) / angle
     size = np.sqrt(4 / np.sqrt(3) * area)  # edge of an equilateral triangle of this area
     for collider in colliders:
         if (radius := getattr(collider, "radius", None)) is not None:
             centre, _ = collider.nearest(x)  # type: ignore[union-attr]
-            gap = np.linalg.norm(x - centre, axis=1) - radius
-            near = -_largest(-gap[triangles]) < size
+            away = x - centre
+            gap = np.sqrt(np.einsum("ij,ij->i", away, away)) - radius
+            near = np.minimum(np.minimum(*gap[corners[:2]]), gap[corners[2]]) < size
             found = np.where(near, np.maximum(found, size / np.sqrt(3) / radius / angle), found)
     if stretch:
-        s = principal_stretches(rest, x, triangles)
-        jump = _largest(np.stack([_largest(np.abs(s - s[other])) for other in neighbour.T], axis=1))
+        larger, smaller = _stretches(*_edges(there, corners), one, two, area)
+        jump = np.zeros(len(area))
+        for other in _neighbours(mesh):
+            for s in (larger, smaller):
+                np.maximum(jump, np.abs(s - s[other]), out=jump)
         found = np.maximum(found, jump / stretch)
     return found
 
 
-def _largest(values: np.ndarray) -> np.ndarray:
-    """Largest of each row of a few columns, faster than NumPy's `max`."""
-    out = values[:, 0]
-    for k in range(1, values.shape[1]):
-        out = np.maximum(out, values[:, k])
+def _edges(x: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """From each triangle's first corner to the others, (3, m) both; positions and corners come by columns too."""
+    first = x[:, corners[0]]
+    return x[:, corners[1]] - first, x[:, corners[2]] - first
+
+
+def _normal(p: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Unit normals (3, m) and areas (m,)."""
+    n = np.stack([p[1] * q[2] - p[2] * q[1], p[2] * q[0] - p[0] * q[2], p[0] * q[1] - p[1] * q[0]])
+    length = np.sqrt(_dot(n, n))
+    return n / np.where(length > 0, length, 1.0), length / 2
+
+
+def _dot(p: np.ndarray, q: np.ndarray) -> np.ndarray:
+    return np.asarray(p[0] * q[0] + p[1] * q[1] + p[2] * q[2])
+
+
+def _stretches(
+    P: np.ndarray, Q: np.ndarray, p: np.ndarray, q: np.ndarray, area: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Principal stretches from edges undeformed and deformed: the larger, and what area there is over it."""
+    length = _dot(P, P)
+    along, whole = _dot(P, Q) / length, _normal(P, Q)[1]
+    across = length / (4 * whole**2)  # 1 / height^2
+    beside = q - along * p
+    a, b, c = _dot(p, p) / length, _dot(p, beside) * np.sqrt(across / length), _dot(beside, beside) * across
+    larger = np.sqrt((a + c) / 2 + np.hypot((a - c) / 2, b))
+    return larger, area / whole / np.where(larger > 0, larger, 1.0)
+
+
+def _neighbours(mesh: Refinement) -> np.ndarray:
+    """The triangles across each triangle's edges, (3, m); itself at the boundary."""
+    return np.ascontiguousarray(
+        np.where(mesh.across >= 0, mesh.across // 3, np.arange(len(mesh.triangles))[:, None]).T
+    )
+
+
+def _chords(mesh: Refinement, normal: np.ndarray) -> np.ndarray:
+    """Squared distances of each triangle's normal (3, m) to its neighbours', (3, m)."""
+    out = np.empty(normal.shape)
+    for k, other in enumerate(_neighbours(mesh)):
+        between = normal - normal[:, other]
+        out[k] = _dot(between, between)
     return out
+
+
+def _angles(chords: np.ndarray) -> np.ndarray:
+    return np.asarray(2 * np.arcsin(np.minimum(np.sqrt(chords) / 2, 1.0)))
 
 
 def folded(mesh: Refinement, x: np.ndarray) -> np.ndarray:
     """Angle of each triangle to the one across each of its half-edges, (m, 3) [rad]; 0 on the boundary."""
-    return _between(mesh, area_and_normal(x, mesh.triangles)[1])
-
-
-def _between(mesh: Refinement, normal: np.ndarray) -> np.ndarray:
-    between = normal[:, None] - normal[mesh.across // 3]
-    chord = np.sqrt(np.einsum("mki,mki->mk", between, between))
-    return np.where(mesh.across >= 0, 2 * np.arcsin(np.minimum(chord / 2, 1.0)), 0.0)
+    normal, _ = _normal(*_edges(np.ascontiguousarray(x.T), mesh.triangles.T))
+    return _angles(_chords(mesh, normal)).T
 
 
 def bound(mesh: Refinement, x: np.ndarray, sharpest: float) -> np.ndarray:
@@ -86,18 +128,20 @@ def bound(mesh: Refinement, x: np.ndarray, sharpest: float) -> np.ndarray:
     shape as the way round the corner is longer than the way through it, by an eighth of the angle's square. Where two
     triangles of an even generation meet at such a fold neither is split, since the other may be, too.
     """
-    generation, inside = mesh.generation, mesh.across >= 0
-    neighbours = mesh.across // 3
-    own, other = generation[:, None], generation[neighbours]
-    even = inside & (own % 2 == 0)
-    sharp = folded(mesh, x) > sharpest
-    out = (sharp & even & ((other == own) | (other == own + 1))).any(axis=1)
+    angles = folded(mesh, x).T
+    sharp = angles > sharpest
+    if not sharp.any():
+        return np.zeros(len(sharp[0]), dtype=bool)
+    own, neighbours = mesh.generation, _neighbours(mesh)
+    other, even = own[neighbours], own % 2 == 0
+    out = even & (sharp & (mesh.across.T >= 0) & ((other == own) | (other == own + 1))).any(axis=0)
     behind = even & (other < own)  # these are refined before
-    odd = np.flatnonzero(generation % 2)
-    mates = neighbours[odd, BASE]
+    which, edge = np.nonzero(behind.T)
+    odd = np.flatnonzero(~even)
+    needs = np.concatenate([which, odd]), np.concatenate([neighbours[edge, which], neighbours[BASE, odd]])
     while True:
-        more = out | (behind & out[neighbours]).any(axis=1)
-        more[odd] |= more[mates]
+        more = out.copy()
+        more[needs[0][out[needs[1]]]] = True
         if (more == out).all():
             return out
         out = more

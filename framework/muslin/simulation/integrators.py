@@ -143,12 +143,15 @@ def steps(model: Model, state: State, dt: float, name: str, count: int | None = 
     """
     advance = integrator(name)
     model.hessian_here = advance in (linearly_implicit_euler, second_order.symplectic_euler)
-    model.body.update(state.x)
+    if model.here is not state:
+        model.body.update(state.x)
+        model.here = state
     yield state
     for step in itertools.count(1) if count is None else range(1, count + 1):
         if model.pull is not None:
             model.spring = model.pull(state.time)
         before = model.energy(state) if model.self_contact is not None else 0.0
+        model.here = None
         with one_thread():
             following = advance(model, state, dt)
         _require_sound(following)
@@ -156,6 +159,7 @@ def steps(model: Model, state: State, dt: float, name: str, count: int | None = 
             following = uncrossed(model, state, following, dt, before)
         if model.here is not following:
             model.body.update(following.x)
+            model.here = following
         state = following
         if step != count:
             model.prepare()  # the energies that somebody may ask for between, and what the next step needs
