@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Callable, Mapping
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any
@@ -55,8 +56,6 @@ class Body:
 
     Attributes
     ----------
-    mass : scipy.sparse.csr_matrix, (3n, 3n)
-        Consistent mass matrix [kg].
     surface : (t, 3) int32
         The triangles of `mesh`.
     pattern : Pattern
@@ -91,12 +90,23 @@ class Body:
         layout = self.pattern.layout
         for a in range(3):
             self.mass_data[layout.start + a * (layout.stride + 1)] = self.mass_factor
-        self.mass = self.pattern.matrix(self.mass_data)
         self._sum: Any = None
         self._sizes: Any = None
         self._factors: np.ndarray | None = None
         self._moving: Any = None
-        self._scalar_mass: Any = None
+
+    @functools.cached_property
+    def mass(self) -> sp.csr_matrix:
+        """Consistent mass matrix, (3n, 3n) [kg]."""
+        return self.pattern.matrix(self.mass_data)
+
+    @functools.cached_property
+    def scalar_mass(self) -> sp.csr_matrix:
+        """The same, of one coordinate: (n, n) [kg]."""
+        import scipy.sparse as sp
+
+        layout, n = self.pattern.layout, len(self.X)
+        return sp.csr_matrix((self.mass_factor, (layout.row, layout.col)), shape=(n, n))
 
     @property
     def undeformed(self) -> Mesh | TetMesh:
@@ -291,13 +301,8 @@ class Body:
 
         Of positions and velocities (n, 3), with the consistent mass matrix.
         """
-        if self._scalar_mass is None:
-            import scipy.sparse as sp
-
-            layout, n = self.pattern.layout, len(self.X)
-            self._scalar_mass = sp.csr_matrix((self.mass_factor, (layout.row, layout.col)), shape=(n, n))
-        carried = self._scalar_mass @ v
-        weights = np.asarray(self._scalar_mass.sum(axis=1)).ravel()
+        carried = self.scalar_mass @ v
+        weights = np.asarray(self.scalar_mass.sum(axis=1)).ravel()
         middle = weights @ x / weights.sum()
         return carried.sum(axis=0), np.cross(x - middle, carried).sum(axis=0)
 

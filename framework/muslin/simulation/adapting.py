@@ -223,7 +223,13 @@ class Adapter:
     def _indicator(self, state: State) -> np.ndarray:
         scene, colliders = self.scene, self.model.colliders_at(state.time)
         angle = np.radians(scene.refine_angle)
-        return indicator(self.refined, self._rest(), state.x, colliders, angle, scene.refine_stretch)
+        found = indicator(self.refined, self._rest(), state.x, colliders, angle, scene.refine_stretch)
+        if scene.look_ahead:
+            ahead = state.x + scene.look_ahead * state.v
+            found = np.maximum(
+                found, indicator(self.refined, self._rest(), ahead, colliders, angle, scene.refine_stretch)
+            )
+        return found
 
     def _sheet(self) -> Sheet:
         if self._weighed[0] is not self.refined:

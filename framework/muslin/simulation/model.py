@@ -163,7 +163,7 @@ class Model:
         if self.stretch_limit:
             self.limit = body.limiter(self.stretch_limit, pinned)
         self._there: tuple[float, tuple[Collider, ...]] | None = None
-        self.weight = (self.body.mass @ np.tile(np.asarray(self.gravity, float), n)).reshape(n, 3)
+        self.weight = body.scalar_mass @ np.tile(np.asarray(self.gravity, float), (n, 1))
 
     def damper(self, x: np.ndarray) -> sp.csr_matrix | None:
         """C = beta K at positions x, (3n, 3n) [kg/s]; None if nothing is damped."""

@@ -5,6 +5,7 @@ Every entry *gathers* its contributions in a fixed order: no atomics, and the sa
 threads.
 """
 
+import functools
 import itertools
 
 import numpy as np
@@ -72,8 +73,6 @@ class Pattern(Gather):
         Every pair of vertices that share a cell.
     held : (blocks,) bool
         Whether a block's pair shares one of `cells`.
-    indptr, indices : int32 arrays
-        Scalar CSR structure of a (3n, 3n) matrix, indices sorted.
     """
 
     def __init__(self, cells: np.ndarray, n: int, widened: np.ndarray | None = None):
@@ -89,10 +88,14 @@ class Pattern(Gather):
         ptr, numbers = pointers(self.layout.row, n), np.arange(len(self._keys))
         self._numbers = sp.csr_matrix((numbers, self.layout.col.astype(np.int32), ptr), shape=(n, n))
         self.nnz = self.layout.size
-        self.indptr, self.indices = self.layout.scalar(n)
         diagonal = self.layout.row == self.layout.col
         #: position in `data` of entry (3 i + a, 3 i + a), shape (n, 3)
         self.diagonal = _diagonal(self.layout, diagonal)
+
+    @functools.cached_property
+    def scalar(self) -> tuple[np.ndarray, np.ndarray]:
+        """`indptr` and `indices`, int32: the scalar CSR structure of a (3n, 3n) matrix, indices sorted."""
+        return self.layout.scalar(self.n)
 
     def gathering(self, cells: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Which rows each block gathers from cells (m, k) within the pattern: their numbers, and where each begins.
@@ -121,7 +124,8 @@ class Pattern(Gather):
 
     def matrix(self, data: np.ndarray) -> sp.csr_matrix:
         """Scipy matrix (3n, 3n) around a data array, without a copy."""
-        matrix = sp.csr_matrix((data, self.indices, self.indptr), shape=(3 * self.n, 3 * self.n), copy=False)
+        indptr, indices = self.scalar
+        matrix = sp.csr_matrix((data, indices, indptr), shape=(3 * self.n, 3 * self.n), copy=False)
         matrix.has_sorted_indices = True
         return matrix
 

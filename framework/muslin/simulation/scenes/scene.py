@@ -110,6 +110,7 @@ class Scene:
     levels: int = 2  # of an adaptive mesh: each has three times the triangles
     budget: int = 20000  # vertices of an adaptive mesh at most
     adapt_every: int = 2  # steps from one change of an adaptive mesh to the next
+    look_ahead: float = 0.0  # [s] how far ahead an adaptive mesh is refined for what moves on as it does
     refine_angle: float = 12.0  # between neighbouring triangles, from which they are refined [degrees]
     refine_stretch: float = 0.1  # difference of their principal stretches, likewise; 0: any
     flip_angle: float = (
