@@ -117,6 +117,17 @@ def test_curvature_contact_and_uneven_stretch_ask_for_refinement_and_a_plane_doe
     assert folds(mesh, uneven, stretch=0.1).max() > 1
 
 
+def test_a_fold_is_met_before_it_is_there():
+    added = {}
+    for ahead in (0.0, 0.05):
+        adapter, state = adapter_of(look_ahead=ahead, sphere=False, start_at="0,1,0")
+        closing = state.v + [0, 8.0, 0] * np.abs(state.x[:, :1])  # in 0.05 s folded by 22 degrees, twice
+        adapter.adapt(replace(state, v=closing))
+        added[ahead] = adapter.refined.added
+    assert added[0.0] == 0
+    assert added[0.05] > 0
+
+
 def test_the_budget_of_vertices_is_kept():
     run = muslin.simulate("drape", **DRAPE, budget=90)
     assert 64 < len(run.x) <= 90
@@ -215,6 +226,7 @@ def test_what_lies_between_pinned_vertices_is_pinned_and_stays():
         ({"budget": 2}, "budget"),
         ({"refine_angle": 0}, "refine_angle"),
         ({"adapt_every": 0}, "adapt_every"),
+        ({"look_ahead": -0.1}, "look_ahead"),
         ({"adaptive": "maybe"}, "on or off"),
     ],
 )

@@ -148,7 +148,7 @@ def _weights(
         v = cells[:, end]
         up, right = np.einsum("ij,ij->i", edge, north[v]), np.einsum("ij,ij->i", edge, east[v])
         along = right + 1j * up  # where the edge points to around the vertex
-        there = Z * (along**2 / (right**2 + up**2) if quick else np.exp(2j * np.arctan2(up, right)))
+        there = Z * (np.square(along) / (right**2 + up**2) if quick else np.exp(2j * np.arctan2(up, right)))
         second, fourth = 2 * alpha * there, there**2 / 2
         counts = np.where(inner[v], weight, 0.0)
         over = np.where(inner[v], share[v], 1.0)

@@ -221,15 +221,15 @@ class Adapter:
         return self._undeformed[1]
 
     def _indicator(self, state: State) -> np.ndarray:
-        scene, colliders = self.scene, self.model.colliders_at(state.time)
-        angle = np.radians(scene.refine_angle)
-        found = indicator(self.refined, self._rest(), state.x, colliders, angle, scene.refine_stretch)
-        if scene.look_ahead:
-            ahead = state.x + scene.look_ahead * state.v
-            found = np.maximum(
-                found, indicator(self.refined, self._rest(), ahead, colliders, angle, scene.refine_stretch)
-            )
-        return found
+        """How much each triangle should be refined, where it is and where it will be if it moves on as it does."""
+        scene, rest = self.scene, self._rest()
+        angle, ahead = np.radians(scene.refine_angle), scene.look_ahead
+        found = None
+        for dt in (0.0, ahead) if ahead else (0.0,):
+            x, colliders = state.x + dt * state.v, self.model.colliders(state.time + dt)
+            there = indicator(self.refined, rest, x, colliders, angle, scene.refine_stretch)
+            found = there if found is None else np.maximum(found, there)
+        return np.asarray(found)
 
     def _sheet(self) -> Sheet:
         if self._weighed[0] is not self.refined:

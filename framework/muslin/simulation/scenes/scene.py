@@ -110,7 +110,9 @@ class Scene:
     levels: int = 2  # of an adaptive mesh: each has three times the triangles
     budget: int = 20000  # vertices of an adaptive mesh at most
     adapt_every: int = 2  # steps from one change of an adaptive mesh to the next
-    look_ahead: float = 0.0  # [s] how far ahead an adaptive mesh is refined for what moves on as it does
+    look_ahead: float = (
+        0.04  # [s] an adaptive mesh is refined for where it is, and where it will be if it goes on so
+    )
     refine_angle: float = 12.0  # between neighbouring triangles, from which they are refined [degrees]
     refine_stretch: float = 0.1  # difference of their principal stretches, likewise; 0: any
     flip_angle: float = (
@@ -335,10 +337,12 @@ def override(scene: Scene, **values: Any) -> Scene:
                 f"self_collision = exact needs {name} = {wanted}, not {getattr(changed, name)}.",
                 f"Leave {name} out, or use --set self_collision=fast.",
             )
-    if not changed.friction >= 0:
-        raise MuslinError(
-            f"friction = {changed.friction} must not be negative.", "For example 0.3; 0 is none."
-        )
+    for name, example in (("friction", "0.3"), ("look_ahead", "0.04")):
+        if not getattr(changed, name) >= 0:
+            raise MuslinError(
+                f"{name} = {getattr(changed, name)} must not be negative.",
+                f"For example {example}; 0 is none.",
+            )
     if changed.stretch_limit and not changed.stretch_limit > 1:
         raise MuslinError(
             f"stretch_limit = {changed.stretch_limit} must be above 1, or 0 for none.", "For example 1.01."
