@@ -24,7 +24,8 @@ def d2psi_dFij(U, V, dpsi_ds, d2psi_ds2, dU, ds, dV):
 def eigensystem(s, dpsi_ds, d2psi_ds2):
     """Closed form: eigenvalues of the energy's Hessian for the four modes that turn the principal directions.
 
-    Where the stretches meet, flip is its limit. A cloth that collapses is divided by 1e-6, not by less.
+    Where the stretches meet (a gap below 1e-3), flip is its limit.
+    A cloth that collapses is divided by 1e-6, not by less.
 
     s         : principal stretches, the normal's last, vec3 [1]
     dpsi_ds   : gradient of psi in the stretches, vec3 [Pa]

@@ -67,8 +67,8 @@ def play(
     case: Annotated[
         str | None, typer.Option(metavar="TASK:NUMBER", help="Begin with a public case, as explain shows it.")
     ] = None,
-    mu: Annotated[float, typer.Option(help="Lame parameter [Pa].")] = 1.0,
-    lam: Annotated[float, typer.Option(help="Lame parameter [Pa].")] = 1.0,
+    mu: Annotated[float, typer.Option(help="Lamé parameter [Pa].")] = 1.0,
+    lam: Annotated[float, typer.Option(help="Lamé parameter [Pa].")] = 1.0,
     port: Annotated[int, typer.Option(help="Port of the browser's page.", min=1, max=65535)] = 8080,
     no_open: Annotated[
         bool, typer.Option("--no-open", help="Do not open the page, only say where it is.")
