@@ -499,7 +499,7 @@ def test_a_loop_worked_out_at_once_comes_to_what_it_comes_to_pass_by_pass(body, 
             a, b = ti.sin(s[0]), s[1] - 1
             return mu * (a * a + b * b) + lam / 2 * (a + b) ** 2
             """,
-            "s[0] less 1",
+            "`s[0] - 1` belongs",
         ),
         (
             "solids", "mass_block",

@@ -117,6 +117,8 @@ class Needs:
         met, now = changes, self.came
         if not asked.any() or self._solved_for >= SOLVED_FOR:
             return True
+        if (divided := self._divided(node, flat)) is not None:
+            return divided
         self._solved_for += 1
         for k in range(NEWTON):
             step = STEP * (np.abs(value) + 1e-3)
@@ -132,6 +134,30 @@ class Needs:
             way = np.sum(np.where(asked, slope, 0.0) * lacking, axis=1) / np.where(square > 0, square, np.inf)
             value = value + np.where(np.isfinite(way) & ~met, way, 0.0)
         return Target(value, met & changes) if met.sum() > MOST_CASES * self.usable.sum() else True
+
+    def _divided(self, node: Any, flat: np.ndarray) -> Target | None:
+        """The number an expression must be that all results are divided by; None if they are not."""
+        asked, value = self.asked & self.smooth, flat[:, 0]
+        with np.errstate(all="ignore"):
+            inverse = 1 / value
+            step = 0.37 * np.abs(inverse) + 1e-3
+            one, two = (
+                self._flat(self.meaning.otherwise({id(node): Fixed(1 / (inverse + k * step))})) - self.came
+                for k in (1, 2)
+            )
+        usable = self.usable & np.isfinite(inverse)
+        moved = one[np.ix_(usable, asked)]
+        if (
+            not usable.any()
+            or not (np.abs(two[np.ix_(usable, asked)] - 2 * moved) <= 1e-7 * (1e-6 + np.abs(moved))).all()
+        ):
+            return None
+        rows = np.where(asked, one / step[:, None], 0.0)
+        square = np.sum(rows**2, axis=1)
+        way = np.sum(rows * np.where(asked, self.lacking, 0.0), axis=1) / np.where(square > 0, square, np.inf)
+        if not self._near(rows * way[:, None]):
+            return None
+        return Target(1 / (inverse + way), usable & (square > 0))
 
     def _near(self, reached: np.ndarray) -> bool:
         """Whether changes of the results, (b, m), are those that are lacking."""
@@ -161,7 +187,7 @@ class Needs:
 
     def _fits(self, node: ast.AST, values: np.ndarray) -> np.ndarray:
         """Which of many values in a few cases, (n, few, ...), would make them right in place of a node."""
-        slope = self._slope(node)
+        slope = self.slope(node)
         if isinstance(slope, bool) or (isinstance(slope, Target) and not slope.asked[self.few].any()):
             return np.zeros(len(values), dtype=bool)
         if isinstance(slope, Target):
@@ -181,10 +207,10 @@ class Needs:
 
     def _hope(self, node: ast.AST) -> int:
         """0 if no value in place of a node makes all right, 1 if that is not known, 2 if some does."""
-        slope = self._slope(node)
+        slope = self.slope(node)
         return int(slope) if isinstance(slope, bool) else 2
 
-    def _slope(self, node: Any) -> Slope | Target | bool:
+    def slope(self, node: Any) -> Slope | Target | bool:
         """How the results hang on an expression; True if that is not known, False if no value makes them right."""
         key = id(node)
         if key not in self._slopes:

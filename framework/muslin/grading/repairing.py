@@ -11,7 +11,7 @@ from __future__ import annotations
 import ast
 import itertools
 import warnings
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 from functools import partial
@@ -22,6 +22,7 @@ import numpy as np
 from muslin.base.errors import MuslinError
 from muslin.grading.making import PLACES, SIDE, Kit
 from muslin.grading.needs import IMPOSSIBLE, NEAR, Needs, Slope, Target
+from muslin.grading.pointing import Place, pointed
 from muslin.judging.reference import TOLERANCE
 from muslin.reading.meaning import Meaning, Unclear
 from muslin.reading.page import used
@@ -32,7 +33,7 @@ from muslin.reading.source import Source
 
 #: Most changes that are looked at; most that are worked out to the end, for all entries, for one of them alone, and
 #: where many passes of a loop are worked out at once.
-LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 600, 200, 1200
+LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 1000, 250, 1200
 
 #: Most steps taken for one function: they bound the time, whatever the text is.
 SPENT = 400_000
@@ -43,8 +44,24 @@ PARTS = 4
 #: Most of what fits in a place that is worked out to the end.
 MOST_MADE = 6
 
-#: Longest expression that is shown as it should be, where a symbol in it is wrong [characters].
+#: Longest expression that is shown as it should be [characters].
 WHOLE = 40
+
+#: Kinds of changes that are shown with what belongs there, those of them shown in what stands around.
+SHOWN = (
+    "name",
+    "index",
+    "number",
+    "sign",
+    "operation",
+    "order",
+    "length",
+    "power",
+    "brackets",
+    "extra",
+    "condition",
+)
+PART = ("name", "index", "number")
 
 
 def repair(
@@ -54,7 +71,7 @@ def repair(
     got: Sequence[np.ndarray],
     expected: Sequence[np.ndarray],
     scales: Sequence[np.ndarray],
-    place: Callable[[np.ndarray], str] = lambda values: "",
+    place: Place = lambda values, cases=None: "",
 ) -> Repair | None:
     """The plainest change of a function's text that makes its answers right.
 
@@ -76,6 +93,20 @@ def repair(
     Repair or None
         None if there is none, or the text is not understood.
     """
+    change = looked_for(text, name, inputs, got, expected, scales, place)
+    return None if change is None or change.kind == "nothing" else change
+
+
+def looked_for(
+    text: str,
+    name: str,
+    inputs: Mapping[str, np.ndarray],
+    got: Sequence[np.ndarray],
+    expected: Sequence[np.ndarray],
+    scales: Sequence[np.ndarray],
+    place: Place = lambda values, cases=None: "",
+) -> Repair | None:
+    """As `repair`, but of the kind "nothing" where a text is understood and no change is found."""
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
@@ -86,13 +117,13 @@ def repair(
             if not search.comes_to(got):
                 return None
             if not search.meaning.widened:
-                return search.found() or search.found_in_parts()
+                return search.found() or search.found_in_parts() or search.pointed() or search.nothing()
             some = search.some
             fewer = {key: array[some] for key, array in inputs.items()}
             right, sizes = [e[some] for e in expected], [size[some] for size in scales]
             small = Search(functions, name, fewer, right, sizes, place)
             change = small.found()
-            return change if change is not None and search.is_right(change) else None
+            return change if change is not None and search.is_right(change) else search.nothing()
     except (MuslinError, RecursionError, *IMPOSSIBLE):
         return None
 
@@ -115,12 +146,13 @@ class Search(Needs):
         inputs: Mapping[str, np.ndarray],
         expected: Sequence[np.ndarray],
         scales: Sequence[np.ndarray],
-        place: Callable[[np.ndarray], str],
+        place: Place,
     ) -> None:
         if name not in functions:
             raise Unclear
         mine = used(functions, name)
         super().__init__(Meaning({key: functions[key] for key in mine}, name, inputs), expected, scales)
+        self.right_values = expected[0]
         self.place = place
         self.changes = Changes(self.meaning, [functions[key] for key in mine[1:]], self._called())
         self._nodes = {id(n): n for f in self.changes.scope.functions for n in ast.walk(f)}
@@ -155,7 +187,7 @@ class Search(Needs):
         """What belongs in a place, made of the symbols known there with an operation or two."""
         scope, kits = self.changes.scope, dict[tuple[str, ...], Kit]()
         nodes = [n for n in ast.walk(self.meaning.node) if isinstance(n, ast.expr) and scope.counts(n)]
-        places = [n for n in nodes if id(n) in self.meaning.here and not isinstance(self._slope(n), bool)]
+        places = [n for n in nodes if id(n) in self.meaning.here and not isinstance(self.slope(n), bool)]
         for node in sorted(places, key=lambda n: len(text_of(n)))[:PLACES]:
             form, symbols = scope.form(node), self._symbols(node)
             if form is None or isinstance(node, ast.Constant):
@@ -201,7 +233,7 @@ class Search(Needs):
             stands = node.value
             if isinstance(stands, bool) or not isinstance(stands, (int, float)):
                 continue
-            slope = self._slope(node)
+            slope = self.slope(node)
             if isinstance(slope, bool):
                 continue
             needed, asked = slope.value, getattr(slope, "asked", self.usable)
@@ -218,16 +250,20 @@ class Search(Needs):
                 )
 
     def _told(self, change: Repair) -> Repair:
-        """A change with where it is and, of a symbol, what belongs in place of the whole that holds it."""
+        """A change with where it is, and what belongs there: the smallest whole that shows it, as it should be."""
         words = change.words
-        if change.kind in ("name", "index") and len(change.changes) == 1:
+        if change.kind in SHOWN and len(change.changes) == 1:
             ((key, new),) = change.changes.items()
             node = self._nodes[key]
-            outer = self.changes.scope.parent(node)
-            while isinstance(outer, (ast.Attribute, ast.Tuple, ast.UnaryOp)):
-                outer = self.changes.scope.parent(outer)
-            if isinstance(outer, ast.expr) and len(text_of(outer)) <= WHOLE:
-                words += f", where `{with_one(outer, node, new)}` belongs"
+            whole: Any = node
+            should_be = ast.unparse(new) if isinstance(new, ast.expr) else ""
+            if change.kind in PART:
+                whole = self.changes.scope.parent(node)
+                while isinstance(whole, (ast.Attribute, ast.Tuple, ast.UnaryOp)):
+                    whole = self.changes.scope.parent(whole)
+                should_be = with_one(whole, node, new) if isinstance(whole, ast.expr) else ""
+            if should_be and len(should_be) <= WHOLE and f"`{should_be}`" not in words:
+                words += f", where `{should_be}` belongs"
         return replace(change, words=words, place=self._place(change))
 
     def _idle(self, change: Repair) -> bool:
@@ -249,6 +285,15 @@ class Search(Needs):
             and bool(np.allclose(value, 1, rtol=0, atol=1e-9))
         )
 
+    def pointed(self) -> Repair | None:
+        """Where it goes wrong, whatever belongs there."""
+        change = pointed(self) if self.meaning.spent <= SPENT else None
+        return change and self._told(change)
+
+    def nothing(self) -> Repair:
+        """That no change has been found, though the text is understood."""
+        return Repair("nothing", "", self.meaning.node.lineno, "", {})
+
     def found_in_parts(self) -> Repair | None:
         """Two or three slips at once: a change for each group of entries that is wrong, all of them together."""
         wrong = self.wrong[self.usable].any(axis=0)
@@ -256,16 +301,17 @@ class Search(Needs):
         if not 1 < len(columns) <= PARTS:
             return None
         made: list[Repair] = []
+        known = self._slopes
         for column in columns:
             if any((self._after(change, column) <= TOLERANCE).all() for change in made):
                 continue
             self._slopes, self._tried = {}, 0
             self.asked = np.arange(self.right.shape[1]) == column
             change = self.found()
+            self._slopes, self.asked = known, np.ones(self.right.shape[1], dtype=bool)
             if change is None:
                 return None
             made.append(change)
-        self.asked = np.ones(self.right.shape[1], dtype=bool)
         together = {key: new for change in made for key, new in change.changes.items()}
         both = replace(made[0], changes=together, more=tuple(made[1:]))
         return both if len(made) > 1 and self.is_right(both) else None
@@ -320,7 +366,7 @@ class Search(Needs):
             return True
         ((key, new),) = change.changes.items()
         node = self._nodes[key]
-        slope = self._slope(node) if isinstance(node, ast.expr) else True
+        slope = self.slope(node) if isinstance(node, ast.expr) else True
         if isinstance(slope, bool):
             return slope
         if key not in self.meaning.here or (isinstance(slope, Target) and not isinstance(node, ast.Constant)):

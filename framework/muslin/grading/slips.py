@@ -11,6 +11,7 @@ import zipfile
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -52,14 +53,14 @@ class Slips:
     places: np.ndarray = field(default_factory=lambda: np.array([], dtype=str))
     marks: np.ndarray = field(default_factory=lambda: np.zeros((0, 0), dtype=np.float32))
 
-    def place(self, values: np.ndarray) -> str:
-        """What a quantity is called, by its values (b, ...); empty if it is none that is known."""
+    def place(self, values: np.ndarray, cases: Any = slice(None)) -> str:
+        """What a quantity is called, by its values (b, ...), in all cases or some; empty if it is not known."""
         if not len(self.places) or self.marks.shape[1:] != np.shape(values)[:1]:
             return ""
-        mark = print_of(values)
-        if not np.isfinite(mark).all():
+        mark = print_of(values)[cases]
+        if not len(mark) or not np.isfinite(mark).all():
             return ""
-        off = np.abs(self.marks - mark) <= MET * np.abs(mark).max()
+        off = np.abs(self.marks[:, cases] - mark) <= MET * np.abs(mark).max()
         met = np.flatnonzero(off.all(axis=1))
         return str(self.places[met[0]]) if len(met) else ""
 

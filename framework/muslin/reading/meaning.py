@@ -99,6 +99,8 @@ class Meaning:
         self.statement = {
             id(inner): k for k, statement in enumerate(self.node.body) for inner in ast.walk(statement)
         }
+        self._node = {id(inner): inner for f in functions.values() for inner in ast.walk(f)}
+        self._passes: dict[int, list[Any]] = {}
         self._home = {id(inner): key for key, f in functions.items() for inner in ast.walk(f)}
         self.forms: dict[int, tuple[int, ...]] = {}
         self.variables: dict[str, tuple[int, ...]] = {}
@@ -332,17 +334,21 @@ class Meaning:
         return None
 
     def _for(self, statement: ast.For, env: dict[str, Any]) -> Any:
-        over = list(self.passes(statement.iter, env))
+        dirty = not self._clean(statement.iter)
+        known = (
+            self._passes.get(id(statement)) if not dirty and self._depth == 0 and self.wide is None else None
+        )
+        over = list(self.passes(statement.iter, env)) if known is None else known
         if len(over) > PASSES or statement.orelse:
             raise Unclear
-        dirty = not self._clean(statement.iter)
+        if not dirty and self._depth == 0 and all(type(item) in (int, tuple) for item in over):
+            self._passes[id(statement)] = over
         if dirty:
             self._dirty |= _assigned(statement)
-        for new in (
-            n for key, n in self._over.items() if isinstance(n, ast.stmt) and key in self._inside(statement)
-        ):
-            self._dirty |= _assigned(new)
-        self._dirty |= {n for s in ast.walk(statement) if id(s) in self._over for n in _assigned(s)}
+        inside = self._inside(statement)
+        for key, new in self._over.items():
+            if key in inside:  # what is written there, and what would be, may be read in the next pass
+                self._dirty |= _assigned(new) | (_assigned(self._node[key]) if key in self._node else Names())
         if at_once(self, statement, over, env):
             self.widened = self.widened or self._first
             return None

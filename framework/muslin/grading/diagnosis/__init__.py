@@ -106,11 +106,11 @@ def _diagnose(
     terms = judge(assignment, task.name).terms
     scales = [natural_scale(terms, right, inputs, k) for k, right in enumerate(expected)]
     made = _slips(assignment, task.name, len(expected[0]))
-    place = made.place if made is not None else lambda values: ""
+    place = made.place if made is not None else lambda values, cases=None: ""
     wrong = not all(starmap(_alike, zip(got, expected, scales, strict=True)))
     change = None
     if text and wrong:
-        change = repairing.repair(text, task.name, inputs, got, expected, scales, place)
+        change = repairing.looked_for(text, task.name, inputs, got, expected, scales, place)
     order = sorted(range(len(expected)), key=lambda k: expected[k].dtype.kind == "i")
     found: list[Diagnosis] = []
     for k in order:

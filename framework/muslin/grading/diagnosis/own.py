@@ -40,14 +40,21 @@ ALIKE: Mapping[str, tuple[str, ...]] = {
     "another": ("another", "name", "index", "extra"),
 }
 
+#: Kinds of slips that a search of a student's text does not miss: where it finds none, they are none of its own.
+FOUND = ("sign", "name", "index", "factors exchanged")
+
 ADVICE = "Hold that line against the formula. With this one thing changed, all public cases agree."
 ADVICE_BOTH = "Hold those lines against the formula. With them changed, all public cases agree."
 
 
 def agrees(cause: str, change: Repair | None) -> bool:
     """Whether a slip in a right formula may be the change that makes the student's text right."""
-    kind = cause.split(":")[0]
-    return change is None or kind not in ALIKE or change.kind in ALIKE[kind]
+    kind, _, place = cause.partition(": ")
+    if change is None or kind not in ALIKE or (place and place in (change.place, change.called)):
+        return True
+    if change.kind in ("where", "nothing"):
+        return kind not in FOUND
+    return change.kind in ALIKE[kind]
 
 
 def bare(cause: str) -> bool:
@@ -57,7 +64,7 @@ def bare(cause: str) -> bool:
 
 def repaired(found: Diagnosis | None, change: Repair | None) -> Diagnosis | None:
     """A diagnosis, and beside it what the student's own text shows."""
-    if change is None:
+    if change is None or change.kind == "nothing":
         return found
     own, advice = change.sentence, ADVICE_BOTH if change.more else ADVICE
     if found is None:

@@ -7,7 +7,7 @@ import itertools
 from collections.abc import Callable, Iterator, Mapping
 
 from muslin.reading.meaning import Meaning
-from muslin.reading.repairs import expressions, missing, statements
+from muslin.reading.repairs import alike, expressions, missing, order, statements
 from muslin.reading.repairs.pieces import KINDS, Repair, code, name, terms, text_of
 from muslin.reading.repairs.scope import Scope
 
@@ -76,7 +76,14 @@ class Changes:
             and not isinstance(node, (ast.Compare, ast.BoolOp))
         ]
         hopes = {id(node): hope(node) for node in nodes}
-        ways = (missing.units, missing.factors, missing.addends, missing.others, missing.counterparts)
+        ways = (
+            missing.units,
+            missing.factors,
+            alike.changes,
+            missing.addends,
+            missing.others,
+            missing.counterparts,
+        )
         small = sorted(nodes, key=lambda node: len(text_of(node)))
         for level, made in itertools.product(sorted(set(hopes.values()) - {0}, reverse=True), ways):
             for node in small if made is missing.units else nodes:
@@ -86,6 +93,7 @@ class Changes:
         for statement in ast.walk(scope.meaning.node):
             if isinstance(statement, ast.Assign):
                 yield from statements.counterparts(scope, statement)
+        yield from order.changes(scope)
 
     def _singles(self) -> Iterator[Repair]:
         for function in self.scope.functions:

@@ -7,6 +7,7 @@ import itertools
 from collections.abc import Iterator
 from fractions import Fraction
 
+from muslin.reading.repairs import alike
 from muslin.reading.repairs.pieces import (
     Form,
     Found,
@@ -24,8 +25,8 @@ from muslin.reading.repairs.scope import Scope
 #: Numbers that may be missing as a factor.
 FACTORS = (2, 3, 4, 6, 0.5, 0.25, 1 / 3, 1 / 6, 1 / 12)
 
-#: Nodes of a part that may be missing as a factor.
-SMALL = 8
+#: Nodes of a part that may be missing as a factor; longest text of a term that is shown [characters].
+SMALL, SHOWN = 8, 40
 
 
 def _fixed(scope: Scope, node: ast.expr) -> bool:
@@ -112,13 +113,14 @@ def addends(scope: Scope, node: ast.expr, form: Form) -> Found:
     if _fixed(scope, node) or (isinstance(outer, ast.BinOp) and isinstance(outer.op, (ast.Add, ast.Sub))):
         return  # the sum as a whole is asked
     inner, found = scope.alias(node), {text_of(part): (text, part) for text, part in _terms(scope, form)}
-    for _, term in terms(node):
-        for part in scope.variants(term):
+    for term in [*(part for _, part in terms(node)), *scope.added(text_of(node))]:
+        for part in alike.counterparts(scope, term):
             text = f"a term like the others, with {names_in(part, scope.variables)},"
             found.setdefault(text_of(part), (text, part))
     for text, part in found.values():
         for op, verb in ((ast.Add(), "added"), (ast.Sub(), "subtracted")):
-            words = f"something is missing in {code(node)}: {text} should be {verb}, and is left out"
+            shown = "" if "`" in text or len(text_of(part)) > SHOWN else f" ({code(part)})"
+            words = f"something is missing in {code(node)}: {text}{shown} should be {verb}, and is left out"
             yield "lacks term", f"{verb} {text}", words, ast.BinOp(inner, op, part)
 
 

@@ -16,6 +16,7 @@ from muslin.reading.page import shorter
 KINDS = (
     "sign", "name", "index", "operation", "order", "turned", "transposed", "number", "length", "power", "brackets",
     "condition", "loop", "extra", "lacks factor", "lacks term", "entries", "another", "odd",
+    "where", "nothing",
 )  # fmt: skip
 
 #: Shape of a value: () of a number, (3,) of a vector.
@@ -42,6 +43,8 @@ class Repair:
         What stands in place of a node, by its id.
     place : str
         What is computed there, where that is known.
+    called : str
+        What belongs there, where that has a name.
     more : tuple of Repair
         Other slips that come beside it.
     """
@@ -52,6 +55,7 @@ class Repair:
     words: str
     changes: Mapping[int, ast.AST] = field(repr=False)
     place: str = ""
+    called: str = ""
     more: tuple[Repair, ...] = ()
 
     @property
@@ -157,8 +161,13 @@ def name(text: str) -> ast.Name:
 
 
 def number(value: float) -> ast.expr:
-    """A number."""
-    return ast.Constant(value) if value >= 0 else ast.UnaryOp(ast.USub(), ast.Constant(-value))
+    """A number as people write it: 1 / 3 for what has no end."""
+    if value < 0:
+        return minus(number(-value))
+    fraction = Fraction(value).limit_denominator(360)
+    if len(repr(value)) > 8 and abs(float(fraction) - value) <= 1e-15 * value:
+        return ast.BinOp(ast.Constant(fraction.numerator), ast.Div(), ast.Constant(fraction.denominator))
+    return ast.Constant(value)
 
 
 def method(node: ast.expr, called: str, *arguments: ast.expr) -> ast.Call:

@@ -5,9 +5,12 @@ from __future__ import annotations
 import ast
 from collections.abc import Iterator, Mapping
 from functools import cached_property
+from typing import TypeVar
 
 from muslin.reading.meaning import Meaning
 from muslin.reading.repairs.pieces import Form, code, name, replaced, text_of
+
+Node = TypeVar("Node", bound=ast.AST)
 
 #: Nodes of an expression that may be put somewhere else.
 SMALL = 20
@@ -65,9 +68,9 @@ class Scope:
         form = self.form(outer.value) if isinstance(outer, ast.Subscript) else None
         return form[place] if form is not None and place < len(form) and form[place] <= MOST else 3
 
-    def alias(self, node: ast.expr) -> ast.expr:
+    def alias(self, node: Node) -> Node:
         """The node itself, to stand inside of what replaces it."""
-        made: ast.expr = self.meaning.alias(node)
+        made: Node = self.meaning.alias(node)
         return made
 
     def counts(self, node: ast.AST) -> bool:
@@ -113,6 +116,18 @@ class Scope:
                 continue
             if self.counts(node) and sum(1 for _ in ast.walk(node)) <= SMALL:
                 found.setdefault(text_of(node), (node, shape))
+        return found
+
+    def added(self, target: str) -> list[ast.expr]:
+        """What is added to a variable, line by line."""
+        return self._added.get(target, [])
+
+    @cached_property
+    def _added(self) -> dict[str, list[ast.expr]]:
+        found: dict[str, list[ast.expr]] = {}
+        for node in ast.walk(self.meaning.node):
+            if isinstance(node, ast.AugAssign) and isinstance(node.op, (ast.Add, ast.Sub)):
+                found.setdefault(text_of(node.target), []).append(node.value)
         return found
 
     def variants(self, node: ast.expr) -> Iterator[ast.expr]:

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import ast
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from typing import Any
 
+from muslin.reading.repairs.alike import renumbered
 from muslin.reading.repairs.pieces import (
     OPERATORS,
     Repair,
@@ -14,8 +15,6 @@ from muslin.reading.repairs.pieces import (
     function,
     function_of,
     like,
-    name,
-    replaced,
     text_of,
 )
 from muslin.reading.repairs.scope import Scope
@@ -82,22 +81,8 @@ def counterparts(scope: Scope, node: ast.Assign) -> Iterator[Repair]:
         whose = f"{code(other.targets[0])} in line {other.lineno}"
         words = f"{code(node.targets[0])} is not made as its counterpart {whose} is"
         for turn in ({theirs[0]: mine[0], mine[0]: theirs[0]}, {theirs[0]: mine[0]}):
-            new = _renumbered(other.value, turn, scope.variables)
+            new = renumbered(other.value, turn, scope.variables)
             yield Repair("another", f"like {text_of(new)}", node.lineno, words, {id(node.value): new})
-
-
-def _renumbered(node: ast.expr, turn: Mapping[str, str], variables: Mapping[str, Any]) -> ast.expr:
-    """An expression with digits exchanged in names and indices, where there are such names."""
-
-    def change(inner: ast.AST) -> ast.AST | None:
-        if isinstance(inner, ast.Name):
-            other = "".join(turn.get(c, c) for c in inner.id)
-            return name(other) if other in variables else None
-        if isinstance(inner, ast.Constant) and type(inner.value) is int and str(inner.value) in turn:
-            return ast.Constant(int(turn[str(inner.value)]))
-        return None
-
-    return replaced(node, change)
 
 
 def _loop(node: ast.For) -> Iterator[Repair]:
