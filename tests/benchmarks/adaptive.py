@@ -27,7 +27,7 @@ from scipy.spatial import cKDTree
 #: Of each scene: parameters, vertices along a side of uniform cloths, and of the one that adaptive cloth begins with.
 SCENES: dict[str, tuple[dict[str, Any], tuple[int, ...], int]] = {
     "drape": ({"ground": -0.3}, (20, 32, 48, 64), 20),
-    "cape": ({}, (17, 26, 40, 56), 17),
+    "cape": ({}, (11, 17, 26, 40), 11),
 }
 ADAPTIVE = {"adaptive": "on", "levels": 2, "adapt_every": 4}
 BUDGETS = (1000, 2000, 4000)

@@ -227,9 +227,7 @@ class Refinement:
         made = np.flatnonzero(self.born >= 0)
         children, g = self.children[made], self.born[made, None]
         there = (self.generation[children] > g) & (self.generation[children] <= g + 2)
-        own = np.where(
-            self._of_trisections(made)[:, None], 1, 0
-        )  # a trisection's three begin with A', A', B'
+        own = np.where(self._of_trisections(made)[:, None], 1, 0)  # its three begin with A', A', B'
         corner = self.triangles[children, 0]
         there &= (corner == made[:, None]) | ((own == 1) & (self.children[corner, 1] == children[:, 1:2]))
         flipped = self._flipped(made)
@@ -342,21 +340,15 @@ def opposite(triangles: np.ndarray, n: int) -> np.ndarray:
 
 
 def _across_again(across: np.ndarray, triangles: np.ndarray, changed: np.ndarray, n: int) -> np.ndarray:
-    """`opposite` where only some rows have changed: what lies across them, and they across what surrounds them.
-
-    The first rows are those that `across` is of; what is beyond them is among the changed.
-    """
+    """`opposite` of triangles of which only some rows are not, or otherwise, among those that `across` is of."""
     out = np.concatenate([across, np.full((len(triangles) - len(across), 3), -1, dtype=np.int32)])
     around = across[changed[changed < len(across)]]
+    out[changed] = -1
     near = np.zeros(len(triangles), dtype=bool)
     near[changed] = near[around[around >= 0] // 3] = True
     rows = np.flatnonzero(near).astype(np.int32)
-    own = opposite(triangles[rows], n)
-    moved = np.zeros(len(triangles), dtype=bool)
-    moved[changed] = True
-    inside, old = own >= 0, out[rows]
-    # An edge of a row that stays, with nothing here across it, is one to a row that stays, too.
-    out[rows] = np.where(inside, 3 * rows[own // 3] + own % 3, np.where(moved[rows, None], -1, old))
+    own = opposite(triangles[rows], n)  # -1: between one that stays and one that is not near
+    out[rows] = np.where(own >= 0, 3 * rows[own // 3] + own % 3, out[rows])
     return out
 
 
