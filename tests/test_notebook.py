@@ -195,12 +195,12 @@ def test_a_cell_replaces_its_function_and_keeps_the_neighbours(started):
 def test_a_run_shows_itself_in_a_cell_and_in_one_line_of_text(tmp_path):
     run = muslin.simulate("hang", steps=4, resolution=6, out=tmp_path / "run")
     html = run._repr_html_()
-    assert html.count("data:image/png;base64,") == 2, "how it ended, and the energies"
+    assert html.count("data:image/png;base64,") == 4, "how it ended, energies, momenta"
     assert "36 vertices" in html
     assert len(repr(run)) < 200
     assert "\n" not in repr(run)
     alone = muslin.simulate("hang", steps=4, resolution=6)
-    assert alone._repr_html_().count("data:image/png;base64,") == 2
+    assert alone._repr_html_().count("data:image/png;base64,") == 4
     drawn = shows.film(run, size=(160, 90))
     assert "data:video/mp4;base64," in drawn._repr_html_()
     with pytest.raises(MuslinError, match="not written to disk"):

@@ -1,6 +1,7 @@
 """Scenes: each shows what it promises, and every parameter can be given."""
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +10,8 @@ import pytest
 import muslin
 from muslin import mesh
 from muslin.base.errors import MuslinError
+from muslin.physics.colliders import Capsule
+from muslin.present import demo_cape
 from muslin.simulation import scenes
 from muslin.simulation import simulating as simulation
 
@@ -115,3 +118,26 @@ def test_wind_pushes_a_sheet_with_the_drag_of_its_area():
     assert force.sum(axis=0)[2] > 0
     model.wind = (4.0, 1.0, 0.0)
     np.testing.assert_allclose(model.wind_force(state.x, state.v), 0, atol=1e-12)
+
+
+def test_the_figure_under_a_cape_carries_what_touches_it_to_where_it_will_be():
+    """The tangent of a way that turns would leave it inside."""
+    scene = scenes.get("cape")
+    dt, ends = scene.dt, 0
+    for now, before in zip(scene.colliders(scene, 1.0), scene.colliders(scene, 1.0 - dt), strict=True):
+        if isinstance(now, Capsule):
+            ends += 1
+            for end, velocity in (("a", now.velocity_a), ("b", now.velocity_b)):
+                there = np.asarray(getattr(before, end)) + dt * np.asarray(velocity)
+                np.testing.assert_allclose(there, getattr(now, end), atol=1e-12)
+    assert ends > 6
+
+
+def test_the_demo_of_a_cape_films_it_and_tells_its_energies(tmp_path):
+    said = []
+    demo_cape.run(tmp_path, "draft", lambda title: nullcontext(lambda done, total: None), said.append, 4, 0.1)
+    for file in ("cape.mp4", "cape.png", "cape-energies.png", "run/energies.csv"):
+        assert (tmp_path / file).is_file()
+    assert "0.0333 s" in said[0]
+    assert "put in" in said[2]
+    assert demo_cape.SHOWN["steps"] * demo_cape.SHOWN["dt"] >= 8

@@ -223,7 +223,7 @@ def _written(run: Run | Path | str) -> Path:
 
 
 def _pictures(run: Run) -> Iterator[np.ndarray]:
-    """A draft of how it ended, or of the scene's best moment where that was written; the energies."""
+    """A draft of how it ended, or of the scene's best moment where that was written; the energies and the momenta."""
     from muslin import render
     from muslin.present.pictures import BACK, Show
     from muslin.render import stage
@@ -241,6 +241,8 @@ def _pictures(run: Run) -> Iterator[np.ndarray]:
     if len(run.energies) > 1:
         energies = {name: run.energies[name] for name in ("kinetic", "elastic", "gravity", "total")}
         yield render.plot_energies(energies, run.energies["time"], title="Energy", size=STILL)
+        table = {name: run.energies[name] for name in run.energies.dtype.names}
+        yield from render.plot_momenta(table, run.energies["time"], size=STILL)
 
 
 def _png(picture: np.ndarray) -> bytes:

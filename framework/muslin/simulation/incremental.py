@@ -28,14 +28,16 @@ class IncrementalPotential:
     whole : bool
         Whether the minimum itself is wanted, and not only a place with less energy: near it the exact Hessian is the
         guide (the projected one is so much harder where a sheet buckles that thousands of steps would be needed), and
-        the contacts are those that press at the end of a step of Newton's method.
+        the contacts are those that press at the end of a step of Newton's method. (A solid's Hessian is exact there
+        anyway, and it does not buckle.)
     """
 
     def __init__(
         self, model: Model, state: State, dt: float, touching: Touching | None = None, whole: bool = False
     ):
         self.model, self.state, self.dt, self.touching = model, state, dt, touching
-        self._ahead = whole or model.barrier is not None
+        self._whole = whole
+        self._ahead = (whole and not model.body.exact_near_rest) or model.barrier is not None
         self._exact = self._ahead or model.body.exact_near_rest
         self.air = model.air(state, dt)
         self.damper = model.damper(state.x)
@@ -140,7 +142,7 @@ class IncrementalPotential:
         if self.barrier:
             forces = forces + np.abs(self._repulsion) @ np.abs(self._x).ravel()
         noise = 32 * np.finfo(float).eps * self.dt * forces
-        if self.touching and self._ahead:
+        if self.touching and (self._whole or self._ahead):
             noise += self.touching.rounding(self._v)
         return noise
 

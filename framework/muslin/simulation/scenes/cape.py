@@ -81,17 +81,19 @@ def joints(scene: Cape, time: float) -> list[tuple[np.ndarray, np.ndarray, float
 
 
 def figure(scene: Cape, time: float) -> tuple[Collider, ...]:
-    """The figure as moving capsules; the floor too."""
-    step = 1e-4
-    now, before, after = joints(scene, time), joints(scene, max(time - step, 0.0)), joints(scene, time + step)
-    span = time + step - max(time - step, 0.0)
+    """The figure as moving capsules; the floor too.
+
+    A velocity is that of the way made in the step that ends now: a step carries what touches a collider along by it,
+    and with the tangent of a way that turns would leave it inside.
+    """
+    now, before = joints(scene, time), joints(scene, time - scene.dt)
     capsules: list[Collider] = [
         Capsule(
             tuple(a.tolist()),
             tuple(b.tolist()),
             radius,
-            tuple(((after[k][0] - before[k][0]) / span).tolist()),
-            tuple(((after[k][1] - before[k][1]) / span).tolist()),
+            tuple(((a - before[k][0]) / scene.dt).tolist()),
+            tuple(((b - before[k][1]) / scene.dt).tolist()),
         )
         for k, (a, b, radius) in enumerate(now)
     ]
