@@ -103,7 +103,10 @@ def named(name: str) -> str:
             if all(np.allclose(a, b) for a, b in zip(answers, expected, strict=True)):
                 continue
             total += 1
-            good += diagnose(table.tasks[task], answers, expected, inputs, name) is not None
+            found = diagnose(table.tasks[task], answers, expected, inputs, name)
+            good += found is not None
+            if found is None:
+                print(f"{name}: {task}: not named: {wrong.name}", file=sys.stderr, flush=True)
     return f"{good} of {total}"
 
 

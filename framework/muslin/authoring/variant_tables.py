@@ -1,6 +1,7 @@
 """What variants of an assignment may choose from: tables beside its solution, and an instructor's own; and drawing.
 
-`solutions/<assignment>/variants/` has `energies.toml`, `parameters.toml`, `conventions.toml` and `every.toml`. Tables
+`solutions/<assignment>/variants/` has `energies.toml`, `parameters.toml`, `conventions.toml`, `students.toml` and
+`every.toml`. Tables
 of the same names in `variants/<assignment>/` of an instructor's own folder add to them, where nobody else reads them.
 """
 
@@ -65,6 +66,8 @@ class Tables:
         self.base = read_assignment(self.source)
         self.energies, self.parameters = self._read("energies"), self._read("parameters")
         self.conventions, self.every = self._read("conventions"), self._read("every")
+        #: Constants of each student's own: the manifest's `constants`, and the `change` of files.
+        self.students = self._read("students")
 
     def _read(self, name: str) -> dict[str, Any]:
         if sys.version_info >= (3, 11):

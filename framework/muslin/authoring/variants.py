@@ -9,6 +9,7 @@ the stubs, the handout, the hints, the manifest and with it cases, truth, proper
 
 from __future__ import annotations
 
+import hashlib
 import json
 import re
 import shutil
@@ -40,7 +41,12 @@ _TOKEN = re.compile(r"@([a-z]+(?:[./][\w.-]+)*(?:/[\w.-]+)?)@")
 
 
 def write(
-    assignment: str, name: str, seed: str, choice: Choice | None = None, data: bool = True
+    assignment: str,
+    name: str,
+    seed: str,
+    choice: Choice | None = None,
+    data: bool = True,
+    per_student: bool = False,
 ) -> Iterator[str]:
     """Write a variant: its solution, and all that is made from it.
 
@@ -56,6 +62,8 @@ def write(
         Instead of drawing one.
     data : bool
         Whether to make the reference data and what mistakes make of them, which takes minutes.
+    per_student : bool
+        Whether each student has constants of their own.
 
     Yields
     ------
@@ -78,7 +86,8 @@ def write(
         raise MuslinError(f"There already is {paths.shown(taken[0])}.", "Choose another name.")
     choice = choice or draw(tables, seed)
     try:
-        for relative, content in files(tables, name, choice).items():
+        salt = hashlib.sha256(f"constants/{seed}".encode()).hexdigest()[:16] if per_student else ""
+        for relative, content in files(tables, name, choice, salt).items():
             path = folders[0] / relative
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_bytes(content)
@@ -87,6 +96,8 @@ def write(
         handout = folders[0] / releasing.HANDOUT
         handout.write_text(answered(handout.read_text(encoding="utf-8"), folders[0]), encoding="utf-8")
         yield from tables.said(choice)
+        if per_student:
+            yield f"Each student has constants of their own: {', '.join(tables.students['constants']['factors'])}."
         yield f"Wrote {paths.shown(folders[0])}: the solution. Keep it."
         releasing.release(name)
         yield f"Wrote {paths.shown(folders[1])}: what students get."
@@ -115,8 +126,8 @@ def _require_right(name: str, tasks: Iterable[str]) -> None:
             )
 
 
-def files(tables: Tables, name: str, choice: Choice) -> dict[str, bytes]:
-    """The solution folder of a variant, by relative path."""
+def files(tables: Tables, name: str, choice: Choice, salt: str = "") -> dict[str, bytes]:
+    """The solution folder of a variant, by relative path; with `salt` each student has constants of their own."""
     texts, without = {}, {FOLDER, "roads", "__pycache__", *tables.every["without"]}
     for path in sorted(tables.source.rglob("*")):
         relative = path.relative_to(tables.source)
@@ -126,12 +137,17 @@ def files(tables: Tables, name: str, choice: Choice) -> dict[str, bytes]:
         file: text.decode("utf-8") for file, text in texts.items() if file.endswith((".py", ".md", ".toml"))
     }
     written = {file: text.replace("\r\n", "\n") for file, text in written.items()}
-    for changes, look_up in _changes(tables, choice):
+    for changes, look_up in _changes(tables, choice, bool(salt)):
         for file, each in changes.items():
             for change in each:
                 written[file] = _changed(written[file], change, look_up, file)
     base = tables.base
     written[MANIFEST] = _manifest(written[MANIFEST], base, name, _wires(tables, choice))
+    if salt:
+        entries = {**tables.students["constants"], "salt": salt}
+        lines = [f"{key} = {_inline(entry.items()) if isinstance(entry, Mapping) else json.dumps(entry)}"
+                 for key, entry in entries.items()]  # fmt: skip
+        written[MANIFEST] += "\n".join(["", "[constants]", *lines, ""])
     for word in (f"`{base.name}-students.zip`", f"`{base.name}/`", f"muslin start {base.name} "):
         written[releasing.HANDOUT] = written[releasing.HANDOUT].replace(word, word.replace(base.name, name))
     record = {"of": base.name, "energy": choice.energy, "parameters": choice.parameters}
@@ -151,7 +167,9 @@ def chosen(name: str) -> Choice | None:
 # --- words ---------------------------------------------------------------------------------------------------
 
 
-def _changes(tables: Tables, choice: Choice) -> Iterator[tuple[Mapping[str, list[Any]], Any]]:
+def _changes(
+    tables: Tables, choice: Choice, per_student: bool
+) -> Iterator[tuple[Mapping[str, list[Any]], Any]]:
     """Changes of files, in the order in which they are made, each with where its tokens are looked up."""
     yield tables.every["change"], _Tokens(tables, "", {})
     if choice.energy != tables.energies["published"]:
@@ -160,6 +178,8 @@ def _changes(tables: Tables, choice: Choice) -> Iterator[tuple[Mapping[str, list
     for name in tables.conventions:
         if name in choice.conventions and name != "thickness":
             yield tables.conventions[name]["change"], _Tokens(tables, name, {})
+    if per_student:
+        yield tables.students["change"], _Tokens(tables, "", {})
     if choice.parameters != tables.parameters["published"]:
         entry = dict(tables.parameters["parameters"][choice.parameters])
         values = ", ".join(f"{name} = {json.dumps(text)}" for name, text in entry.pop("values").items())

@@ -54,9 +54,14 @@ def course() -> Path | None:
     return folder
 
 
+def bare(assignment: str) -> str:
+    """Name of an assignment, without whose it is (`muslin.tasks.constants`)."""
+    return assignment.partition("@")[0]
+
+
 def home(assignment: str) -> Path:
     """Folder that holds an assignment: the instructor's own where it does, else Muslin's."""
-    own = course()
+    assignment, own = bare(assignment), course()
     if own is not None and any((own / part / assignment).is_dir() for part in ("solutions", "assignments")):
         return own
     return root()
@@ -92,17 +97,17 @@ def meshes() -> Path:
 
 def reference(assignment: str) -> Path:
     """Folder of an assignment's public reference data."""
-    return home(assignment) / "data" / "reference" / assignment
+    return home(assignment) / "data" / "reference" / bare(assignment)
 
 
 def slips(assignment: str) -> Path:
     """Folder of what slips in an assignment's formulas make of its public reference data."""
-    return home(assignment) / "data" / "slips" / assignment
+    return home(assignment) / "data" / "slips" / bare(assignment)
 
 
 def known(assignment: str) -> Path:
     """Folder of what known mistakes make of an assignment's public reference data."""
-    return home(assignment) / "data" / "known" / assignment
+    return home(assignment) / "data" / "known" / bare(assignment)
 
 
 def told(assignment: str) -> Path:
@@ -112,12 +117,12 @@ def told(assignment: str) -> Path:
 
 def assignment(name: str) -> Path:
     """Folder a student receives for an assignment."""
-    return home(name) / "assignments" / name
+    return home(name) / "assignments" / bare(name)
 
 
 def source(name: str) -> Path:
     """Folder of an assignment's reference solution, whether there is one or not."""
-    return home(name) / "solutions" / name
+    return home(name) / "solutions" / bare(name)
 
 
 def solution(name: str) -> Path:
@@ -139,7 +144,7 @@ def solution(name: str) -> Path:
 
 def misconceptions(assignment: str) -> Path:
     """Folder of an assignment's suite of right and wrong answers, whether there is one or not."""
-    return home(assignment) / "tests" / "misconceptions" / assignment
+    return home(assignment) / "tests" / "misconceptions" / bare(assignment)
 
 
 #: What an assignment's own files are about: what students may read, and what they must not.
@@ -154,7 +159,7 @@ def knowledge(name: str) -> list[tuple[str, Path]]:
     """
     where = {part: source(name) / part for part in KNOWLEDGE}
     if not source(name).is_dir():
-        where = {part: home(name) / part / name for part in KNOWLEDGE}
+        where = {part: home(name) / part / bare(name) for part in KNOWLEDGE}
     found = [(part, path) for part, folder in where.items() for path in sorted(folder.glob("*.py"))]
     found = [(part, path) for part, path in found if path.name != "reference.py"]
     return found + [("reference", generator(name))] * generator(name).is_file()
@@ -163,7 +168,7 @@ def knowledge(name: str) -> list[tuple[str, Path]]:
 def generator(name: str) -> Path:
     """An instructor's one file on how cases are drawn and what is true: beside the solution."""
     written = (home(name) / "solutions").is_dir()
-    folder = source(name) if written else home(name) / "judge" / name
+    folder = source(name) if written else home(name) / "judge" / bare(name)
     return folder / "reference.py"
 
 

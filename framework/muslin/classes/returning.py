@@ -118,6 +118,11 @@ class Desk:
         """What a person should know before all else."""
         return self._policy.notes if self._policy else ()
 
+    def people(self, submission: Submission) -> list[Person]:
+        """Who of the roster its students are, as far as that is certain."""
+        found = self._match.found if self._match else {}
+        return [found[entry] for s in submission.students if (entry := (submission.key, s)) in found]
+
     def lateness(self, submission: Submission) -> Lateness | None:
         """What the late policy makes of a submission; nothing without one."""
         if self._policy is None:

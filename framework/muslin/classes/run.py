@@ -18,6 +18,7 @@ from muslin.classes import again, engines, finding, gradebook, overrides, page, 
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger, write
 from muslin.classes.returning import Desk, Returned, Wanted
+from muslin.classes.whose import assigned
 from muslin.classes.work import Job, Result, Terms, edition
 from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
@@ -169,6 +170,7 @@ def grade_class(
     ledger = Ledger(Path(out))
     with ledger.locked():
         collected = _collected(found, table, asked_for)
+        collected = {s.key: assigned(collected[s.key], s, desk.people(s), table) for s in found}
         results, waiting = _known(collected, terms, ledger)
         earlier = _earlier({key: collected[key] for key in waiting if only}, terms, ledger)
         taken = sum(not handed.unreadable for handed in collected.values()) - len(waiting)
@@ -204,7 +206,7 @@ def _named(submissions: Path) -> str:
     """The assignment that most submissions name, of the first that are there."""
     there = sorted(submissions.iterdir())[:ASKED] if submissions.is_dir() else []
     names = Counter(filter(None, map(_name_of, there)))
-    return names.most_common(1)[0][0] if names else "cloth"
+    return paths.bare(names.most_common(1)[0][0]) if names else "cloth"
 
 
 def _name_of(submission: Path) -> str | None:
@@ -323,7 +325,7 @@ def _of_another(submission: finding.Submission, table: tasks.Assignment) -> str:
         name = named_by(submission.sources, submission.name)
     except MuslinError as error:
         return one_line(str(error))
-    if name in (None, table.name):
+    if name is None or paths.bare(name) == table.name:
         return ""
     return (
         f"Its {tasks.MANIFEST} says that it answers {name}, and this class is graded as {table.name}. "

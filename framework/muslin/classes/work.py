@@ -57,7 +57,8 @@ class Terms:
         hidden = hashlib.sha256()
         for name, data in self.hidden:
             hidden.update(f"{name} {len(data)}\n".encode() + data)
-        contents = [handed.about.sha256, handed.refused]
+        contents: list[Any] = [handed.about.sha256, handed.refused]
+        contents += [handed.student] if handed.student else []
         return {
             "submission": hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest(),
             "assignment": self.edition,

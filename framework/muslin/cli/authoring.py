@@ -100,6 +100,9 @@ def release(
             help="An energy, parameters or a convention of a variant, instead of those drawn; repeat it."
         ),
     ] = None,
+    per_student: Annotated[
+        bool, typer.Option("--per-student", help="Give each student constants of their own in a variant.")
+    ] = False,
     out: Out = None,
 ) -> None:
     """Make the students' files from the solution: stubs, handout, task table.
@@ -108,16 +111,16 @@ def release(
     (linearised, St. Venant-Kirchhoff, Green's strains with the area, Neo-Hooke), other parameters (mu and lam, E and
     nu, mu and kappa, halves), other conventions (rows or columns, signs of the normals, nominal stress, V transposed,
     order of results, thickness inside). Of these at least so many that the published solution gets at most half of
-    the points.
+    the points. With --per-student everybody's energy has two constants of their own, drawn from their login or number.
     """
     from muslin.authoring import release as releasing
 
     if variant is not None:
         if check or out is not None:
             raise MuslinError("A variant is written to a folder of its own.", "Leave --check and --out away.")
-        _write_variant(assignment, variant, seed or "", pick or [])
-    elif seed is not None or pick:
-        raise MuslinError("--seed and --pick belong to a variant.", "Add --variant NAME.")
+        _write_variant(assignment, variant, seed or "", pick or [], per_student)
+    elif seed is not None or pick or per_student:
+        raise MuslinError("--seed, --pick and --per-student belong to a variant.", "Add --variant NAME.")
     elif check:
         findings = releasing.out_of_step(assignment)
         for finding in findings:
@@ -130,12 +133,12 @@ def release(
         say(f"Wrote {len(written)} files to {paths.shown(out or paths.assignment(assignment))}.")
 
 
-def _write_variant(assignment: str, name: str, seed: str, pick: list[str]) -> None:
+def _write_variant(assignment: str, name: str, seed: str, pick: list[str], per_student: bool) -> None:
     from muslin.authoring import variants
 
     tables = variants.Tables(assignment)
     choice = variants.picked(tables, pick) if pick else None
-    for line in variants.write(assignment, name, seed, choice):
+    for line in variants.write(assignment, name, seed, choice, per_student=per_student):
         say(line)
     kept = tables.kept(variants.chosen(name) or variants.draw(tables, seed))
     say(f"The published solution of {assignment} still solves tasks of {kept} points in it.")

@@ -70,6 +70,13 @@ def grade(
     deadline: Annotated[
         float | None, typer.Option(help="Seconds a task may take. Default: the assignment's.", min=0.5)
     ] = None,
+    student: Annotated[
+        str | None,
+        typer.Option(
+            metavar="ID",
+            help="Whose it is, where everybody has constants of their own. Default: as the submission says.",
+        ),
+    ] = None,
     fresh: Annotated[
         bool, typer.Option("--fresh", help="Take nothing over from an earlier grading of the same files.")
     ] = False,
@@ -87,7 +94,7 @@ def grade(
     with progress("grading") as tick:
         record = graded(
             submission, assignment, hidden=hidden, seed=seed, safety=safety.value, deadline=deadline,
-            fresh=fresh, on_progress=lambda done, total, _: tick(done, total),
+            fresh=fresh, student=student, on_progress=lambda done, total, _: tick(done, total),
         )  # fmt: skip
     chosen = [format.value for format in formats or ()]
     if out is None:

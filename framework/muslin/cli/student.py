@@ -40,14 +40,19 @@ def start(
         bool,
         typer.Option("--notebook", help="Also make a Jupyter notebook of the handout, a cell per function."),
     ] = False,
+    student: Annotated[
+        str | None, typer.Option(metavar="ID", help="Your login or number, for constants of your own.")
+    ] = None,
     install: Annotated[
         str | None, typer.Option(help="What its first cell installs where Muslin is missing, for pip.")
     ] = None,
 ) -> None:
     """Make a workspace: task files, handout, editor settings. Nothing is overwritten."""
     from muslin.student import workspace
+    from muslin.tasks import constants
 
     folder = folder or Path(assignment)
+    assignment = constants.of(assignment, student) if student is not None else assignment
     workspace.start(assignment, folder)
     made = workspace.find(folder)
     if notebook:

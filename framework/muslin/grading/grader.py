@@ -24,7 +24,7 @@ from muslin.grading.record import Record, TaskResult
 from muslin.grading.sandbox import Sandbox
 from muslin.grading.stages import Progress, Stages
 from muslin.grading.submission import Handed, gradable, named
-from muslin.tasks import Assignment
+from muslin.tasks import Assignment, constants
 
 
 def grade(
@@ -36,6 +36,7 @@ def grade(
     safety: str = "auto",
     deadline: float | None = None,
     fresh: bool = False,
+    student: str | None = None,
     secrets: Sequence[Path | str] = (),
     only: Sequence[str] = (),
     on_progress: Progress | None = None,
@@ -61,6 +62,8 @@ def grade(
         Processor time a task may take for an answer, compilation included [s]; default the manifest's.
     fresh : bool
         Compile everything anew, instead of taking over what an earlier grading of the same bytes compiled.
+    student : str, optional
+        Whose it is, where each student has constants of their own; default what the submission says itself.
     secrets : sequence of path
         Files and folders besides that the submission must not see, such as those of others.
     only : sequence of str
@@ -83,6 +86,9 @@ def grade(
         assignment = named(submission)
     table = tasks.assignment(assignment or "cloth")
     handed = gradable(submission, table)
+    if not isinstance(submission, Handed) and _is_ours(Path(submission), table):
+        student = student or constants.NOBODY
+    table = _of_student(table, handed, student or handed.student)
     if only:
         table = replace(table, tasks={name: task for name, task in table.tasks.items() if name in only})
     folder, secret = instructors_data(hidden, table)
@@ -106,7 +112,7 @@ def grade(
         stages.hidden(cases)
     tidy()
     return Record(
-        assignment={"name": table.name, "title": table.title, "version": table.version},
+        assignment={"name": paths.bare(table.name), "title": table.title, "version": table.version},
         submission=handed.about,
         environment=_environment(),
         safety=sandbox.safety,
@@ -119,6 +125,40 @@ def grade(
             "tasks": {name: round(spent, 3) for name, spent in stages.seconds.items()},
         },
     )
+
+
+def _is_ours(submission: Path, table: Assignment) -> bool:
+    """Whether it is the solution, or what everybody is given."""
+    return submission.resolve() in (
+        paths.source(table.name).resolve(),
+        paths.assignment(table.name).resolve(),
+    )
+
+
+def _of_student(table: Assignment, handed: Handed, student: str | None) -> Assignment:
+    """The assignment as the student has it whose submission this is, where each has constants of their own.
+
+    Raises
+    ------
+    MuslinError
+        If nobody says whose it is, or it is somebody else's.
+    """
+    if table.constants is None:
+        if student and student != constants.NOBODY:
+            raise MuslinError(f"Everybody has the same {table.name}.", "Leave --student out.")
+        return table
+    if student == constants.NOBODY:
+        return table
+    said = table.constants.whose(handed.files)
+    whose = constants.plain(student or table.student or said)
+    if not whose:
+        raise MuslinError(
+            f"Everybody has constants of their own in {table.name}, and this submission does not say whose it is.",
+            "Add --student ID.",
+        )
+    if said not in ("", whose):
+        raise MuslinError(f"{table.constants.file} has the constants of {said}, and this is {whose}'s work.")
+    return tasks.assignment(constants.of(table.name, whose))
 
 
 def _result(table: Assignment, verdict: Verdict) -> TaskResult:
@@ -167,7 +207,7 @@ def instructors_data(hidden: Path | str | None, table: Assignment) -> tuple[Path
             f"{paths.shown(folder)} holds no hidden reference data (provenance.json: {why}).",
             "Make them with: muslin reference build --hidden --seed SECRET --out DIR",
         ) from None
-    if assignment != table.name:
+    if assignment != paths.bare(table.name):
         raise MuslinError(f"{paths.shown(folder)} holds data of {assignment!r}, not of {table.name!r}.")
     return folder, secret
 

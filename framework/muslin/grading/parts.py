@@ -22,6 +22,7 @@ from muslin.grading.sandbox import Answer, Crashed, Sandbox, Worker
 from muslin.grading.submission import Handed
 from muslin.reading import source
 from muslin.tasks import MANIFEST, Assignment, Task
+from muslin.tasks.constants import personal
 
 #: Compiled kernels, by name of the file.
 Kernels = Mapping[str, np.ndarray]
@@ -169,7 +170,10 @@ def load(
 ) -> tuple[dict[str, list[str]], dict[str, list[str]], Outcome | None]:
     """Load task files into a worker: what is wrong with which function, what is noticed in it, or why it failed."""
     given = paths.assignment(table.name)
-    contents = {**files, **{name: (given / name).read_bytes() for name in (MANIFEST, *table.given)}}
+    manifest = (given / MANIFEST).read_bytes()
+    if table.student:
+        manifest = personal(manifest.decode("utf-8"), table.name).encode("utf-8")
+    contents = {**files, MANIFEST: manifest, **{name: (given / name).read_bytes() for name in table.given}}
     arrays = {name: np.frombuffer(data, dtype=np.uint8) for name, data in contents.items()}
     header, _, trouble = ask(worker, {"do": "load"}, {**kernels, **arrays}, patience, allowed, {})
     if trouble is not None:

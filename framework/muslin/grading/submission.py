@@ -59,13 +59,15 @@ class Source:
 class Handed:
     """What was handed in: the bytes of each usable task file, why others cannot be used, and a description.
 
-    `unreadable` says why there is nothing to grade, if there is nothing.
+    `unreadable` says why there is nothing to grade, if there is nothing; `student` whose it is, where each has
+    constants of their own.
     """
 
     files: dict[str, bytes]
     refused: dict[str, str]
     about: Submission
     unreadable: str = ""
+    student: str = ""
 
 
 def collect(path: Path | str, table: Assignment) -> Handed:

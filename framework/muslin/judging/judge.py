@@ -244,7 +244,9 @@ def modules(assignment: str) -> tuple[ModuleType, ...]:
     """
     sources = paths.knowledge(assignment)
     with _importing:  # the grader asks from several threads
-        return _modules(assignment, tuple((part, path, path.stat().st_mtime_ns) for part, path in sources))
+        return _modules(
+            paths.bare(assignment), tuple((part, path, path.stat().st_mtime_ns) for part, path in sources)
+        )
 
 
 _importing = threading.RLock()

@@ -12,6 +12,7 @@ import numpy as np
 from muslin import tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError
+from muslin.tasks import wiring
 from muslin.tasks.comparing import (
     TOLERANCE,
     Verdict,
@@ -76,7 +77,11 @@ def cases(
     except (OSError, ValueError, KeyError, zipfile.BadZipFile) as error:
         hint = "Restore it, or install Muslin again."
         raise MuslinError(f"{paths.shown(path)} is damaged ({error}).", hint) from None
-    return inputs, expected
+    if paths.bare(assignment_name) == assignment_name:
+        return inputs, expected
+    everybodys = tasks.assignment(paths.bare(assignment_name)).tasks[task]
+    own = wiring.to_own(entry, wiring.to_called(everybodys, inputs))
+    return own, wiring.results_own(entry, wiring.results_called(everybodys, expected))
 
 
 def check(

@@ -17,12 +17,17 @@ import sys
 import tempfile
 import traceback
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from muslin import tasks
 from muslin.base.errors import MuslinError
 from muslin.base.writing import write
+from muslin.tasks.constants import NOBODY
+
+if TYPE_CHECKING:
+    from muslin.grading.submission import Handed
 
 #: In a pack: where it says which assignment it grades, and the folder of hidden data.
 SETTINGS, HIDDEN = "muslin.json", "hidden"
@@ -43,12 +48,17 @@ def gradescope(root: Path) -> None:
     Hidden data, if the pack has any, are in `<root>/source/hidden`.
     """
     from muslin.grading import views
+    from muslin.grading.grader import grade
 
     source = root / "source"
     assignment, hidden = _assignment(source), source / HIDDEN
     try:
-        record = _graded(root / "submission", assignment, hidden if hidden.is_dir() else None, SAFETY)
-        text = views.render(record, "gradescope")
+        handed = _handed(root / "submission", assignment, root / "submission_metadata.json")
+        if handed.unreadable and tasks.assignment(assignment).constants:
+            text = json.dumps(_without_points(assignment, handed.unreadable), indent=1) + "\n"
+        else:
+            record = grade(handed, assignment, hidden=hidden if hidden.is_dir() else None, safety=SAFETY)
+            text = views.render(record, "gradescope")
     except Exception as error:
         traceback.print_exception(error)
         text = json.dumps(_without_points(assignment, OURS), indent=1) + "\n"
@@ -58,9 +68,11 @@ def gradescope(root: Path) -> None:
 def classroom50(checkout: Path, pack: Path, result: Path) -> None:
     """Grade a student's checkout and write Classroom 50's `result.json`; what only it knows is in the environment."""
     from muslin.grading import views
+    from muslin.grading.grader import grade
     from muslin.grading.views.classroom50 import context_of
 
-    record = _graded(checkout, _assignment(pack), None)
+    assignment = _assignment(pack)
+    record = grade(_handed(checkout, assignment), assignment)
     print(views.render(record, "terminal"))
     _put(result, views.render(record, "classroom50", context=context_of(os.environ)))
 
@@ -68,8 +80,10 @@ def classroom50(checkout: Path, pack: Path, result: Path) -> None:
 def try_out(assignment: str) -> None:
     """Grade the untouched stubs: does everything work here that grading needs?"""
     from muslin.base import paths
+    from muslin.grading.grader import grade
 
-    record = _graded(paths.assignment(assignment), assignment, None, SAFETY)
+    stubs = replace(_handed(paths.assignment(assignment), assignment), student=NOBODY)
+    record = grade(stubs, assignment, safety=SAFETY)
     if any(task.status != "not implemented" for task in record.tasks):
         raise MuslinError(f"Grading does not work here: {record.tasks[0].message}", "Run: muslin doctor")
     print(f"Grading works here; submissions are kept apart by: {record.safety.level}.")
@@ -81,15 +95,21 @@ def _assignment(pack: Path) -> str:
     return str(json.loads((pack / SETTINGS).read_text(encoding="utf-8"))["assignment"])
 
 
-def _graded(submission: Path, assignment: str, hidden: Path | None, safety: str = "auto") -> Any:
-    """The record, in which what cannot be read is a task that failed; nothing handed in is an empty folder."""
-    from muslin.grading.grader import grade
+def _handed(submission: Path, assignment: str, metadata: Path | None = None) -> Handed:
+    """What was handed in; nothing is an empty folder. With Gradescope's metadata, also whose it is."""
+    from muslin.classes.finding import Student, Submission
+    from muslin.classes.whose import assigned
     from muslin.grading.submission import collect
 
+    table = tasks.assignment(assignment)
     with tempfile.TemporaryDirectory() as nothing:
-        handed = submission if submission.exists() else Path(nothing)
-        collected = collect(handed, tasks.assignment(assignment))
-        return grade(collected, assignment, hidden=hidden, safety=safety)
+        handed = collect(submission if submission.exists() else Path(nothing), table)
+    if metadata is None or table.constants is None:
+        return handed
+    users = json.loads(metadata.read_text(encoding="utf-8"))["users"]
+    known = [Student(str(user.get("name", "")), str(user[key])) for user in users
+             for key in ("email", "sid", "id") if user.get(key)]  # fmt: skip
+    return assigned(handed, Submission("", tuple(known), ()), (), table)
 
 
 def _without_points(assignment: str, why: str) -> dict[str, Any]:

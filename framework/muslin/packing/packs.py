@@ -23,6 +23,9 @@ PINNED, CONSTRAINTS = ".ci/constraints.txt", "constraints.txt"
 #: What students install from, and the extras in it.
 REQUIREMENTS, STUDENTS_EXTRAS = "requirements.txt", "fast,view"
 
+#: In a README, of a workspace that is not in the pack: everybody has constants of their own.
+NOT_YET_MADE = ("cd @assignment@\n", "muslin start @assignment@ --student YOUR-LOGIN\ncd @assignment@\n")
+
 
 @dataclass(frozen=True)
 class Platform:
@@ -152,9 +155,11 @@ def _files(platform: str, assignment: str) -> dict[str, bytes]:
     files: dict[str, bytes] = {}
     for name, place in layout.places.items():
         if name != ".":
-            text = (templates / name).read_text(encoding="utf-8").replace("@assignment@", assignment)
+            text = (templates / name).read_text(encoding="utf-8")
             text = text.replace("@title@", tasks.assignment(assignment).title)
-            files[place.replace("@assignment@", assignment)] = text.encode()
+            if tasks.assignment(assignment).constants:
+                text = text.replace(*NOT_YET_MADE)
+            files[place.replace("@assignment@", assignment)] = text.replace("@assignment@", assignment).encode()
     shared = layout.places["."].replace("@assignment@", assignment)
     with tempfile.TemporaryDirectory() as scratch:
         built = wheel.build(Path(scratch), layout.grades, assignment)
@@ -163,7 +168,8 @@ def _files(platform: str, assignment: str) -> dict[str, bytes]:
             ours[SETTINGS] = (json.dumps({"assignment": assignment}) + "\n").encode()
         else:
             ours[REQUIREMENTS] = f"-c {CONSTRAINTS}\n./{built.name}[{STUDENTS_EXTRAS}]\n".encode()
-            ours |= _workspace(Path(scratch) / "workspace", assignment)
+            if not tasks.assignment(assignment).constants:  # else everybody makes their own
+                ours |= _workspace(Path(scratch) / "workspace", assignment)
     return files | {f"{shared}/{name}".lstrip("/"): data for name, data in ours.items()}
 
 

@@ -41,7 +41,7 @@ def pack(workspace: Workspace, out: Path | None = None) -> Packed:
     """
     from muslin.grading.submission import collect
 
-    name = workspace.table.name
+    name = paths.bare(workspace.table.name)
     label = workspace.folder.resolve().name
     path = out or workspace.folder / (f"{name}.zip" if label == name else f"{label}-{name}.zip")
     if path.exists() and not zipfile.is_zipfile(path):

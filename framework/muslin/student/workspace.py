@@ -22,9 +22,13 @@ from muslin.base.version import __version__
 from muslin.reading import source, syntax
 from muslin.student import editors
 from muslin.tasks import MANIFEST, Assignment, Task, assignment, named_in
+from muslin.tasks.constants import personal
 
 FOLDER = ".muslin"
 HANDOUT, PAGE = "README.md", "handout.html"
+
+#: Files in which a student's own constants are written.
+PERSONAL = (".py", ".md", ".html", ".toml")
 
 
 @dataclass(frozen=True)
@@ -58,7 +62,9 @@ class Workspace:
     def given(self, name: str) -> str:
         """Text of a task file as it was given."""
         kept = self.hidden / "given" / f"{name}.given"
-        return source.read(kept if kept.is_file() else paths.assignment(self.table.name) / name)
+        if kept.is_file():
+            return source.read(kept)
+        return given_files(self.table.name)[name].decode("utf-8")
 
     def described(self) -> dict[str, Any]:
         """The version file: assignment, version, checksums; empty where there is none."""
@@ -159,14 +165,24 @@ def find(folder: Path | None = None) -> Workspace:
         )
     for place in (start, *(start.resolve().parents if folder is None else ())):
         if (about := _json(place / FOLDER / "workspace.json")).get("assignment"):
-            return Workspace(place, assignment(about["assignment"]), True)
+            return Workspace(place, _somebodys(assignment(about["assignment"]), place), True)
         if place == start:
             table = assignment(_named(place))
             if any((place / file).is_file() for file in table.files):
-                return Workspace(place, table, False)
+                return Workspace(place, _somebodys(table, place), False)
     raise MuslinError(
         f"There are no task files in {paths.shown(start)}, and it is not in a workspace.",
         "Go to your workspace, or make one with: muslin start cloth",
+    )
+
+
+def _somebodys(table: Assignment, folder: Path) -> Assignment:
+    """An assignment, unless each student has constants of their own in it and nobody knows whose these are."""
+    if table.constants is None or table.student or folder.resolve() == paths.source(table.name).resolve():
+        return table
+    raise MuslinError(
+        f"Everybody has constants of their own in {table.name}, and {paths.shown(folder)} does not say whose.",
+        f"Make a workspace that does: muslin start {table.name} --student ID",
     )
 
 
@@ -193,13 +209,18 @@ def given_files(name: str) -> dict[str, bytes]:
     MuslinError
         If there is no such assignment.
     """
-    assignment(name)
-    folder = paths.assignment(name)
-    return {
+    table, folder = assignment(name), paths.assignment(name)
+    found = {
         path.relative_to(folder).as_posix(): path.read_bytes()
         for path in sorted(folder.rglob("*"))
         if path.is_file() and not any(part.startswith((".", "__pycache__")) for part in path.parts[-2:])
     }
+    if not (table.constants and table.student):
+        return found
+    texts = {file: data.decode("utf-8") for file, data in found.items() if Path(file).suffix in PERSONAL}
+    texts = {file: table.constants.written(text, table.student) for file, text in texts.items()}
+    texts[MANIFEST] = personal(texts[MANIFEST], name)
+    return found | {file: text.encode("utf-8") for file, text in texts.items()}
 
 
 def start(name: str, folder: Path) -> list[str]:
@@ -222,7 +243,7 @@ def start(name: str, folder: Path) -> list[str]:
         If something that would be written is there already; then nothing is written.
     """
     given = given_files(name)
-    table = assignment(name)
+    table = _somebodys(assignment(name), folder)
     if folder.exists() and not folder.is_dir():
         raise MuslinError(f"{paths.shown(folder)} is a file.", "Name another folder.")
     if (about := _json(folder / FOLDER / "workspace.json")).get("assignment"):

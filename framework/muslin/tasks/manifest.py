@@ -18,6 +18,7 @@ from typing import Any
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
 from muslin.base.text import one_line
+from muslin.tasks.constants import OF, Constants, of, personal, read
 from muslin.tasks.kinds import GRAMMAR, form
 from muslin.tasks.wiring import Wiring
 
@@ -173,6 +174,12 @@ class Assignment:
     simulation: Simulation | None = None
     written: Mapping[str, Question] = field(default_factory=dict)
     energy: str = ""  # which of a body's energies its functions write; default the body's first
+    constants: Constants | None = None  # each student's own, if it has such
+
+    @property
+    def student(self) -> str:
+        """Whose it is, of an assignment with constants of each student's own."""
+        return self.name.partition(OF)[2]
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -272,8 +279,14 @@ def _read(path: Path, text: str) -> Assignment:
         simulation = _simulation(table["simulation"], path) if "simulation" in table else None
         written = {name: _question(name, entry, tasks) for name, entry in table.get("written", {}).items()}
         named, questions = (table["name"], table["title"], table["version"]), MappingProxyType(written)
-        energy = table.get("energy", "")
-        return Assignment(*named, MappingProxyType(tasks), grading, simulation, questions, energy)
+        energy, constants = table.get("energy", ""), None
+        if "constants" in table:
+            constants = read(table["constants"], paths.shown(path))
+            if student := table.get("student"):
+                named = (of(named[0], str(student)), *named[1:])
+                whose = named[0].partition(OF)[2]
+                tasks = {name: constants.apply(task, whose) for name, task in tasks.items()}
+        return Assignment(*named, MappingProxyType(tasks), grading, simulation, questions, energy, constants)
     except tomllib.TOMLDecodeError as error:
         raise MuslinError(f"{paths.shown(path)} is not valid TOML: {error}.") from None
     except KeyError as error:
@@ -325,12 +338,16 @@ def assignment(name: str = "cloth") -> Assignment:
     MuslinError
         If there is no such assignment; the message lists those there are.
     """
-    folder = paths.assignment(name)
-    if (folder / MANIFEST).is_file():
-        return read_assignment(folder)
-    if (paths.source(name) / MANIFEST).is_file():
-        return read_assignment(paths.source(name))
+    for folder in (paths.assignment(name), paths.source(name)):
+        if (folder / MANIFEST).is_file():
+            return _of_student(folder, name) if OF in name else read_assignment(folder)
     raise MuslinError(f"There is no assignment {name!r}.", choices(name, paths.assignments()))
+
+
+def _of_student(folder: Path, name: str) -> Assignment:
+    """A student's own assignment, from the manifest of everybody's."""
+    path = folder / MANIFEST
+    return _read(path, personal(path.read_text(encoding="utf-8"), name))
 
 
 #: Most of an unknown assignment's name that is told [characters].
@@ -353,9 +370,13 @@ def named_in(text: str, where: str) -> str | None:
         If there is no assignment of that name here.
     """
     before_tables = re.split(r"^\s*\[", text, maxsplit=1, flags=re.MULTILINE)[0]
-    said = re.search(r"""^name *= *(["'])(.*?)\1 *(#.*)?$""", before_tables, re.MULTILINE)
-    if said is None or said[2] in (known := paths.assignments()):
-        return said and said[2]
+    entry = r"""^%s *= *(["'])(.*?)\1 *(#.*)?$"""
+    said = re.search(entry % "name", before_tables, re.MULTILINE)
+    if said is None:
+        return None
+    if said[2] in (known := paths.assignments()):
+        whose = re.search(entry % "student", before_tables, re.MULTILINE)
+        return of(said[2], whose[2]) if whose and assignment(said[2]).constants else said[2]
     name = one_line(said[2], LONGEST_NAME)
     raise MuslinError(
         f"The {MANIFEST} of {where} names the assignment {name!a}, and there is none of that name here.",

@@ -109,6 +109,8 @@ def _diagnose(
     place = made.place if made is not None else lambda values, cases=None: ""
     wrong = not all(starmap(_alike, zip(got, expected, scales, strict=True)))
     change = None
+    if text and wrong and (other := _other_constants(task, assignment, text)):
+        return other
     if text and wrong:
         change = repairing.looked_for(text, task.name, inputs, got, expected, scales, place)
     order = sorted(range(len(expected)), key=lambda k: expected[k].dtype.kind == "i")
@@ -128,6 +130,21 @@ def _diagnose(
         )
         found += [_said(entries, d) for d in _all(question)]
     return repaired(_joined(found), change)
+
+
+def _other_constants(task: Task, assignment: str, text: str) -> Diagnosis | None:
+    """Where each student has constants of their own: that these are not theirs."""
+    table = tasks.assignment(assignment)
+    constants = table.constants
+    if constants is None or not table.student or task.name not in constants.tasks:
+        return None
+    if (said := constants.said(table.student)) in text:
+        return None
+    return Diagnosis(
+        "other constants",
+        f"The constants in {constants.file} are not those of {table.student}.",
+        f"Write yours at the top of it: {said}",
+    )
 
 
 def _alike(came: np.ndarray, right: np.ndarray, scale: np.ndarray) -> bool:
