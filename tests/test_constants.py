@@ -66,7 +66,9 @@ def test_constants_are_drawn_from_who_one_is_and_stand_in_all_that_one_is_given(
     assert workspace.find(course / ADA).table == ada
     every = {tuple(ada.constants.drawn(f"s{k}").values()) for k in range(1000)}
     assert len(every) > 995
-    assert all(min(abs(value - 1), abs(value - 2), abs(value - 0.5)) > 0.1 for pair in every for value in pair)
+    assert all(
+        min(abs(value - 1), abs(value - 2), abs(value - 0.5)) > 0.1 for pair in every for value in pair
+    )
 
 
 def test_nobody_works_on_it_who_does_not_say_who_they_are(course, tmp_path):
@@ -113,7 +115,9 @@ def test_a_students_functions_are_right_by_their_own_constants_and_wrong_by_anot
 
 def test_the_simulator_calls_a_students_functions_as_they_are_meant(course):
     inputs = {"s": np.array([[1.2, 0.9, 1.0]]), "mu": np.array([7.0]), "lam": np.array([4.0])}
-    called = [as_called(muslin.load(folder)) for folder in (course / ADA, course / BOB, paths.solution("term"))]
+    called = [
+        as_called(muslin.load(folder)) for folder in (course / ADA, course / BOB, paths.solution("term"))
+    ]
     one, other, solution = (evaluate(functions.psi, **inputs) for functions in called)
     assert one == pytest.approx(solution, rel=1e-13)
     assert other == pytest.approx(solution, rel=1e-13)

@@ -159,7 +159,9 @@ def _files(platform: str, assignment: str) -> dict[str, bytes]:
             text = text.replace("@title@", tasks.assignment(assignment).title)
             if tasks.assignment(assignment).constants:
                 text = text.replace(*NOT_YET_MADE)
-            files[place.replace("@assignment@", assignment)] = text.replace("@assignment@", assignment).encode()
+            files[place.replace("@assignment@", assignment)] = text.replace(
+                "@assignment@", assignment
+            ).encode()
     shared = layout.places["."].replace("@assignment@", assignment)
     with tempfile.TemporaryDirectory() as scratch:
         built = wheel.build(Path(scratch), layout.grades, assignment)

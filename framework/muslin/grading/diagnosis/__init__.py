@@ -19,6 +19,7 @@ from itertools import starmap
 
 import numpy as np
 
+from muslin import tasks
 from muslin.grading import repairing, slips
 from muslin.grading.diagnosis.factors import change_scaled, factor_of_each_case, scaled, sized
 from muslin.grading.diagnosis.others import changed, digits, known, not_finite, singular, slipped
