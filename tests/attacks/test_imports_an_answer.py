@@ -1,11 +1,13 @@
 """Attack 11, by import: calls whatever of Muslin can be imported where a submission is graded, in search of answers.
 
-Muslin's own simulator computes much of what tasks ask for: shape functions, contacts, energies. Defence: a worker that
-is graded sees of Muslin only what it needs to call one function.
+Muslin's own simulator computes much of what tasks ask for: shape functions, contacts, energies. Defences: nothing of it
+answers a task as it is, and a worker that is graded sees of Muslin only what it needs to call one function.
 """
 
 import functools
+import types
 
+import numpy as np
 from attacking import TARGET, TASKS, honest, needs
 
 from muslin.judging import reference
@@ -105,12 +107,6 @@ print("MODULES", len(modules), "TRIED", tried)
 for one in found:
     print("FOUND", one)
 """
-#: What the search finds where nothing is hidden, in modules that are safe to call.
-OPEN = {
-    "muslin.physics.skinning._areas answers phi",
-    "muslin.physics.colliders.native_contact answers sphere_contact",
-    "muslin.physics.colliders.native_filter answers filter_velocity",
-}
 
 
 @functools.cache
@@ -124,13 +120,20 @@ def cases():
     return chosen
 
 
-def test_the_search_finds_what_is_in_the_open():
+def test_the_search_finds_what_is_in_the_open_and_the_simulator_is_no_answer():
     from muslin.physics import colliders, skinning
 
+    open_ = types.ModuleType("muslin.ours")
+    open_.filtered = lambda v, n: v - np.minimum((v * n).sum(axis=1), 0)[:, None] * n
+    open_.one = lambda F: F.T @ F
     scope = {}
     exec(SEARCH, scope)
-    found, _ = scope["search"]([colliders, skinning], cases())
-    assert set(found) >= OPEN
+    found, tried = scope["search"]([colliders, skinning, open_], cases())
+    assert found == [
+        "muslin.ours.filtered answers filter_velocity",
+        "muslin.ours.one answers right_cauchy_green",
+    ]
+    assert tried > 10
     assert all(form(kind) for _, _, kinds in cases().values() for kind in kinds)
 
 

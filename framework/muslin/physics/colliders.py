@@ -104,32 +104,17 @@ NEAR = 0.25
 PUSH = 1.0
 
 
-def native_contact(x: np.ndarray, center: np.ndarray, radius: float) -> tuple[np.ndarray, np.ndarray]:
-    """The framework's own `sphere_contact`, for all positions at once."""
-    away = x - center
-    distance = np.sqrt(np.einsum("ij,ij->i", away, away))
-    if not distance.all():
-        away[distance == 0] = (0.0, 1.0, 0.0)
-    return distance < radius, away / np.where(distance > 0, distance, 1.0)[:, None]
-
-
-def native_filter(v: np.ndarray, n: np.ndarray) -> np.ndarray:
-    """The framework's own `filter_velocity`, for all velocities at once."""
-    inward = np.minimum(np.einsum("ij,ij->i", v, n), 0.0)
-    return v - inward[:, None] * n
-
-
 def detect(
     collider: Collider,
     x: np.ndarray,
     v: np.ndarray,
     dt: float,
-    contact: Detect = native_contact,
+    contact: Detect | None = None,
     free: np.ndarray | None = None,
 ) -> Contacts:
     """Vertices of x (n, 3) to filter in a step of dt [s], of those that are `free` (n,).
 
-    `contact` decides about spheres and capsules.
+    `contact`, if it is given, decides about spheres and capsules.
     """
     if isinstance(collider, Plane):
         gap = collider.gap(x)
@@ -146,13 +131,21 @@ def detect(
         return Contacts(near, np.zeros((0, 3)), np.zeros((0, 3)))
     there = x.take(near, axis=0)
     center, velocity = collider.nearest(there)
-    hit, normal = contact(there, center, collider.radius)
-    hit = hit != 0
+    if contact is not None:
+        hit, normal = contact(there, center, collider.radius)
+        hit = hit != 0
+    else:
+        away = there - center
+        distance = np.sqrt(np.einsum("ij,ij->i", away, away))
+        hit = distance < collider.radius
+        if not distance.all():
+            away[distance == 0] = (0.0, 1.0, 0.0)
+        normal = away / np.where(distance > 0, distance, 1.0)[:, None]
     return Contacts(near[hit], normal[hit], (np.zeros_like(there) + velocity)[hit])
 
 
-def respond(v: np.ndarray, contacts: list[Contacts], filtered: Filter = native_filter) -> np.ndarray:
-    """Filter the velocities (n, 3) at the contacts.
+def respond(v: np.ndarray, contacts: list[Contacts], filtered: Filter | None = None) -> np.ndarray:
+    """Filter the velocities (n, 3) at the contacts, as `filtered` does if it is given.
 
     Where a vertex touches several colliders the filters are applied in turn until none undoes another (in a
     narrowing gap there may be no such velocity; then the last word is the last collider's).
@@ -163,7 +156,12 @@ def respond(v: np.ndarray, contacts: list[Contacts], filtered: Filter = native_f
         for contact in contacts:
             if contact.weights is None:
                 relative = v[contact.vertices] - contact.velocities
-                v[contact.vertices] = filtered(relative, contact.normals) + contact.velocities
+                if filtered is not None:
+                    relative = filtered(relative, contact.normals)
+                else:
+                    inward = np.minimum(np.einsum("ij,ij->i", relative, contact.normals), 0.0)
+                    relative = relative - inward[:, None] * contact.normals
+                v[contact.vertices] = relative + contact.velocities
             else:
                 _hold(v, contact)
         if len(contacts) < 2 or min(float(approach(v, contact).min()) for contact in contacts) > -1e-9:

@@ -61,27 +61,42 @@ def bind(
 
         phi = evaluate(students.phi, X=X, **rest)
     else:
-        phi = (_areas if len(rest) == 3 else _volumes)(X, *rest.values())
+        others = _others(X, np.stack(list(rest.values())))
+        phi = np.stack([_first(others), *others], axis=1)
     return Skin(corners, phi, roles.calling(NEEDS["carrying"]))
 
 
-def _areas(X: np.ndarray, X0: np.ndarray, X1: np.ndarray, X2: np.ndarray) -> np.ndarray:
-    """Barycentric coordinates as ratios of signed areas."""
-    m = np.cross(X1 - X0, X2 - X0)
-    total = np.einsum("ij,ij->i", m, m)
-    phi1 = np.einsum("ij,ij->i", np.cross(X - X0, X2 - X0), m) / total
-    phi2 = np.einsum("ij,ij->i", np.cross(X1 - X0, X - X0), m) / total
-    return np.stack([1 - phi1 - phi2, phi1, phi2], axis=1)
+def _others(X: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """How much of each corner but the first of cells (3 or 4, k, 3) there is in points (k, 3), one row per corner.
+
+    Barycentric coordinates as ratios of signed areas and volumes; the first corner has what is left.
+    """
+    first, a, b = corners[0], corners[1] - corners[0], corners[2] - corners[0]
+    d = X - first
+    if len(corners) == 3:
+        m = np.cross(a, b)
+        total = np.einsum("ij,ij->i", m, m)
+        rows = [np.einsum("ij,ij->i", np.cross(*pair), m) / total for pair in ((d, b), (a, d))]
+    else:
+        c = corners[3] - first
+        total = np.einsum("ij,ij->i", np.cross(a, b), c)
+        three = ((d, b, c), (a, d, c), (a, b, d))
+        rows = [np.einsum("ij,ij->i", np.cross(p, q), r) / total for p, q, r in three]
+    return np.stack(rows)
 
 
-def _volumes(X: np.ndarray, X0: np.ndarray, X1: np.ndarray, X2: np.ndarray, X3: np.ndarray) -> np.ndarray:
-    """Barycentric coordinates as ratios of signed volumes."""
-    a, b, c, d = X1 - X0, X2 - X0, X3 - X0, X - X0
-    total = np.einsum("ij,ij->i", np.cross(a, b), c)
-    phi1 = np.einsum("ij,ij->i", np.cross(d, b), c) / total
-    phi2 = np.einsum("ij,ij->i", np.cross(a, d), c) / total
-    phi3 = np.einsum("ij,ij->i", np.cross(a, b), d) / total
-    return np.stack([1 - phi1 - phi2 - phi3, phi1, phi2, phi3], axis=1)
+def _first(others: np.ndarray) -> np.ndarray:
+    """How much of the first corner there is."""
+    rest = 1 - others[0]
+    for row in others[1:]:
+        rest = rest - row
+    return rest
+
+
+def _least(X: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """The smallest of the barycentric coordinates: below zero outside."""
+    others = _others(X, corners)
+    return np.minimum(_first(others), others.min(axis=0))
 
 
 def _nearest_tetrahedron(points: np.ndarray, mesh: TetMesh, candidates: int = 24) -> np.ndarray:
@@ -94,7 +109,7 @@ def _nearest_tetrahedron(points: np.ndarray, mesh: TetMesh, candidates: int = 24
     near = np.asarray(near).reshape(len(points), count)
     best, deepest = near[:, 0].copy(), np.full(len(points), -np.inf)
     for column in near.T:
-        least = _volumes(points, *(corners[column, k] for k in range(4))).min(axis=1)
+        least = _least(points, corners[column].swapaxes(0, 1))
         deeper = least > deepest + 1e-12
         best[deeper], deepest[deeper] = column[deeper], least[deeper]
     if len(
@@ -103,7 +118,7 @@ def _nearest_tetrahedron(points: np.ndarray, mesh: TetMesh, candidates: int = 24
         which, cells = _within(points[lost], corners, np.zeros(len(lost)))
         if len(which):
             there = points[lost][which]
-            least = _volumes(there, *(corners[cells, k] for k in range(4))).min(axis=1)
+            least = _least(there, corners[cells].swapaxes(0, 1))
             inside = least >= 0
             best[lost[which[inside]]] = cells[inside]
     return best
@@ -170,5 +185,5 @@ def _distances(p: np.ndarray, a: np.ndarray, b: np.ndarray, c: np.ndarray) -> np
         edge = end - start
         share = np.einsum("ij,ij->i", p - start, edge) / np.einsum("ij,ij->i", edge, edge)
         sides.append(np.linalg.norm(p - start - np.clip(share, 0, 1)[:, None] * edge, axis=1))
-    above = (_areas(p, a, b, c) >= 0).all(axis=1)
+    above = _least(p, np.stack([a, b, c])) >= 0
     return np.where(above, height, np.minimum.reduce(sides))

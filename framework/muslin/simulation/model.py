@@ -19,8 +19,6 @@ from muslin.physics.colliders import (
     Detect,
     Filter,
     detect,
-    native_contact,
-    native_filter,
 )
 from muslin.physics.meeting import Pairs, meet
 from muslin.physics.selfcontact import SelfContact
@@ -146,7 +144,7 @@ class Model:
         touchable &= ~pinned
         self._free = None if touchable.all() else touchable
         self._detect: Detect | None = None
-        self.filter: Filter = native_filter
+        self.filter: Filter | None = None
         if functions := body.roles.calling(NEEDS["detection"]):
             self._detect = Detection(functions.sphere_contact, n)
         if functions := body.roles.calling(NEEDS["response"]):
@@ -279,9 +277,7 @@ class Model:
     def contacts(self, state: State, dt: float) -> list[Contacts]:
         """What the filter is to look at after a step of dt [s]: the free vertices inside, and those near a plane."""
         colliders = self.colliders_at(state.time)
-        return [
-            detect(c, state.x, state.v, dt, self._detect or native_contact, self._free) for c in colliders
-        ]
+        return [detect(c, state.x, state.v, dt, self._detect, self._free) for c in colliders]
 
     def touching(self, state: State, dt: float) -> Touching | None:
         """What may touch during a step of dt [s], where that is part of the system; None if nothing is near."""

@@ -24,8 +24,8 @@ CLOSEST = 1e-8
 class Law(NamedTuple):
     """What an element calls of a strain energy.
 
-    energy : (F, a, b) -> psi [J/m^3]
-    stress : (F, a, b) -> P, mat3 [Pa]
+    energy : (F, I, J, a, b) -> psi [J/m^3], with I = |F|^2 and J = det F
+    stress : (F, I, J, a, b) -> P, mat3 [Pa]
     modes : (s, a, b) -> diagonal and off-diagonal of A, flip, twist, vec3 each [Pa]; entry k of the last three is
         about the plane across axis k.
     bounded : whether psi is infinite where det F <= 0.
@@ -69,19 +69,17 @@ def by_invariants(s, d_I, d_J, d_II, d_IJ, d_JJ):
 
 
 @ti.func
-def _neo_energy(F, C, D):
-    J = F.determinant()
+def _neo_energy(F, I, J, C, D):  # noqa: E741
     psi = ti.math.inf
     if J > 0:
-        psi = C * (F.norm_sqr() * J ** (-2 / 3) - 3) + D * (J - 1) ** 2
+        psi = C * (I * J ** (-2 / 3) - 3) + D * (J - 1) ** 2
     return psi
 
 
 @ti.func
-def _neo_stress(F, C, D):
-    J = F.determinant()
+def _neo_stress(F, I, J, C, D):  # noqa: E741
     root = J ** (-2 / 3)
-    return 2 * C * root * F + (2 * D * (J - 1) - 2 / 3 * C * root / J * F.norm_sqr()) * cofactor(F)
+    return 2 * C * root * F + (2 * D * (J - 1) - 2 / 3 * C * root / J * I) * cofactor(F)
 
 
 @ti.func
@@ -102,18 +100,18 @@ def _neo_modes(s, C, D):
 
 
 @ti.func
-def _stable_energy(F, mu, lam):
+def _stable_energy(F, I, J, mu, lam):  # noqa: E741
     m, l = 4 / 3 * mu, lam + 5 / 6 * mu  # noqa: E741
-    I, beyond = F.norm_sqr(), F.determinant() - 1  # noqa: E741
+    beyond = J - 1
     # l/2 (J - alpha)^2 - l/2 (1 - alpha)^2, multiplied out
     return m / 2 * (I - 3) + l / 2 * beyond * beyond - 3 / 4 * m * beyond - m / 2 * ti.log((I + 1) / 4)
 
 
 @ti.func
-def _stable_stress(F, mu, lam):
+def _stable_stress(F, I, J, mu, lam):  # noqa: E741
     m, l = 4 / 3 * mu, lam + 5 / 6 * mu  # noqa: E741
-    pressure = l * (F.determinant() - 1) - 3 / 4 * m
-    return m * (1 - 1 / (F.norm_sqr() + 1)) * F + pressure * cofactor(F)
+    pressure = l * (J - 1) - 3 / 4 * m
+    return m * (1 - 1 / (I + 1)) * F + pressure * cofactor(F)
 
 
 @ti.func
@@ -139,13 +137,13 @@ def _green(F):
 
 
 @ti.func
-def _venant_energy(F, mu, lam):
+def _venant_energy(F, I, J, mu, lam):  # noqa: E741
     E = _green(F)
     return mu * E.norm_sqr() + lam / 2 * E.trace() ** 2
 
 
 @ti.func
-def _venant_stress(F, mu, lam):
+def _venant_stress(F, I, J, mu, lam):  # noqa: E741
     E = _green(F)
     return 2 * mu * F @ E + lam * E.trace() * F
 
@@ -167,14 +165,14 @@ def _venant_modes(s, mu, lam):
 
 
 @ti.func
-def _corotated_energy(F, mu, lam):
+def _corotated_energy(F, I, J, mu, lam):  # noqa: E741
     _, s, _ = signed_svd(F)
     strain = s - 1
     return mu * strain.norm_sqr() + lam / 2 * strain.sum() ** 2
 
 
 @ti.func
-def _corotated_stress(F, mu, lam):
+def _corotated_stress(F, I, J, mu, lam):  # noqa: E741
     U, s, V = signed_svd(F)
     return 2 * mu * F + (lam * (s - 1).sum() - 2 * mu) * U @ V.transpose()
 

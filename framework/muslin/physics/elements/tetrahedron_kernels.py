@@ -98,13 +98,14 @@ def native(name: str, serial: bool):
             F = ti.Matrix.zero(float, 3, 3)
             for k in ti.static(range(1, 4)):
                 F += (x[t[k]] - x[t[0]]).outer_product(g[4 * e + k])
+            I, J = F.norm_sqr(), F.determinant()  # noqa: E741
             if ti.static(bounded):  # noqa: SIM102
-                if not F.determinant() > 0:
+                if not J > 0:
                     orders[2] = 1
             if orders[0] & 1:
-                energy[e] = volume[e] * energy_of(F, a, b)
+                energy[e] = volume[e] * energy_of(F, I, J, a, b)
             if orders[0] & 2:
-                P = volume[e] * stress_of(F, a, b)
+                P = volume[e] * stress_of(F, I, J, a, b)
                 for k in range(4):
                     gradient[4 * e + k] = P @ g[4 * e + k]
             if orders[0] & 4:
