@@ -7,10 +7,10 @@ import pytest
 
 import muslin
 from muslin import tasks
-from muslin.authoring import variants
+from muslin.authoring import mutations, variants
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.grading import laws
+from muslin.grading import laws, slips
 from muslin.judging import cases, judge, properties
 from muslin.mesh import grid
 from muslin.tasks import wiring
@@ -147,6 +147,22 @@ def test_a_variants_files_do_not_speak_of_what_it_has_not(course):
     handout = (released / "README.md").read_text()
     assert "mu=8.0" not in handout
     assert "muslin start all-at-once " in handout
+
+
+def test_slips_in_the_formulas_of_a_variants_own_energy_are_named(course):
+    """As `write` makes them with the cases: from the variant's own answers, on its own road."""
+    inputs = cases.draw_inputs("all-at-once", "psi", "slips", 8)
+    expected = cases.truth("all-at-once", "psi", inputs)
+    paths.reference("all-at-once").mkdir(parents=True, exist_ok=True)
+    arrays = {**inputs, "expected_psi": expected[0]}
+    np.savez(paths.reference("all-at-once") / "psi.npz", **arrays)
+    made = mutations.make("all-at-once", "psi")
+    assert len(made.words) > 20
+    s, E, nu = (inputs[name] for name in ("s", "E", "nu"))
+    mu, lam = E / (2 * (1 + nu)), E * nu / (1 - nu**2)
+    e_0, e_1 = (s[:, 0] ** 2 - 1) / 2, (s[:, 1] ** 2 - 1) / 2
+    wrong = mu * (e_0**2 + e_0**2) + lam / 2 * (e_0 + e_1) ** 2
+    assert any(np.allclose(prints[0], slips.print_of(wrong), rtol=1e-6) for prints in made.prints)
 
 
 def test_an_answer_in_a_variants_handout_is_what_its_solution_gives(course):

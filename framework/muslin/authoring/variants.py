@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.authoring import mistakes, reference_data
+from muslin.authoring import mistakes, mutations, reference_data
 from muslin.authoring import release as releasing
 from muslin.authoring.examples import answered
 from muslin.authoring.regions import read
@@ -26,11 +26,18 @@ from muslin.authoring.variant_tables import FOLDER, Choice, Tables, draw, picked
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.judging import cases
+from muslin.reading.source import Source
 from muslin.tasks import MANIFEST, Assignment, Value, load, read_assignment
 from muslin.tasks.batch import evaluate
 
 #: Which of the variant's choices it has, beside its solution: for those who teach with it.
 RECORD = "variant.json"
+
+#: Where a variant's own energy is written down for `mutations`.
+ROAD = mutations.ROADS / "strain_energy.py"
+
+#: Lines about constants of each student's own.
+CONSTANTS = re.compile(r"\bc_\w+ \*")
 
 #: Largest relative error of a variant's own answers about its energy, and cases they are asked on.
 RIGHT, CASES = 1e-9, 10
@@ -81,7 +88,7 @@ def write(
     if not seed.strip():
         raise MuslinError("A variant is drawn from a seed.", "Add --seed with words nobody will guess.")
     folders = [paths.new_home() / part / name for part in ("solutions", "assignments")]
-    folders += [paths.new_home() / "data" / part / name for part in ("reference", "known")]
+    folders += [paths.new_home() / "data" / part / name for part in ("reference", "known", "slips")]
     if taken := [folder for folder in folders if folder.exists()]:
         raise MuslinError(f"There already is {paths.shown(taken[0])}.", "Choose another name.")
     choice = choice or draw(tables, seed)
@@ -105,6 +112,8 @@ def write(
             reference_data.build(name)
             yield f"Wrote {paths.shown(folders[2])}: the public cases."
             list(mistakes.build(name))
+            if mutations.written_down(name):
+                list(mutations.build(name))
             yield f"Wrote {paths.shown(folders[3])}: what mistakes make of them."
     except BaseException:
         for folder in folders:
@@ -150,9 +159,30 @@ def files(tables: Tables, name: str, choice: Choice, salt: str = "") -> dict[str
         written[MANIFEST] += "\n".join(["", "[constants]", *lines, ""])
     for word in (f"`{base.name}-students.zip`", f"`{base.name}/`", f"muslin start {base.name} "):
         written[releasing.HANDOUT] = written[releasing.HANDOUT].replace(word, word.replace(base.name, name))
+    if choice.energy != tables.energies["published"]:
+        written[ROAD.as_posix()] = _road(written[ROAD.name], tables.energies["tasks"])
     record = {"of": base.name, "energy": choice.energy, "parameters": choice.parameters}
     written[RECORD] = json.dumps({**record, "conventions": choice.conventions}, indent=2) + "\n"
     return {**texts, **{file: text.encode("utf-8") for file, text in written.items()}}
+
+
+def _road(solution: str, tasks: Iterable[str]) -> str:
+    """A variant's own answers about its energy, as a way to write them that slips are made of: see `mutations`.
+
+    Constants of each student's own, which are 1 in it, are left out.
+    """
+    source = Source(solution, ROAD.name)
+    pieces = [
+        f'"""The way in which {ROAD.name} has it; see muslin.authoring.mutations."""\n\nimport taichi as ti\n'
+    ]
+    for name in tasks:
+        function = source.functions[name].node
+        body = source.lines[function.body[1].lineno - 1 : function.end_lineno]
+        lines = [line for line in body if not line.lstrip().startswith("#") and not CONSTANTS.search(line)]
+        pieces.append(
+            f"\n\ndef {name}({', '.join(argument.arg for argument in function.args.args)}):\n{''.join(lines)}"
+        )
+    return "".join(pieces)
 
 
 def chosen(name: str) -> Choice | None:

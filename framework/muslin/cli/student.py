@@ -52,8 +52,7 @@ def start(
     from muslin.tasks import constants
 
     folder = folder or Path(assignment)
-    assignment = constants.of(assignment, student) if student is not None else assignment
-    workspace.start(assignment, folder)
+    workspace.start(constants.of(assignment, student) if student else assignment, folder)
     made = workspace.find(folder)
     if notebook:
         from muslin.notebook import making
