@@ -114,6 +114,20 @@ def test_two_halves_are_one_whole(monkeypatch):
     np.testing.assert_array_equal(halves.solve(b), alone)
 
 
+@pytest.mark.parametrize("size", [7, 40])
+def test_a_matrix_that_was_factorised_is_solved_with_again(solver, size):
+    system, matrix = a_system(size, solver, held=[0, 3])
+    rng = np.random.default_rng(5)
+    b, c = rng.standard_normal((2, size * size, 3))
+    system.solve(b)
+    y = system.again(c)
+    assert np.abs(y - system.solve(c)).max() <= 1e-6 * np.abs(y).max()
+    free = np.repeat(~system.pinned, 3)
+    left = (matrix @ y.ravel() - c.ravel())[free]
+    assert not y[system.pinned].any()
+    assert np.abs(left).max() < 1e-5 * np.abs(c).max()
+
+
 @pytest.mark.parametrize("solver", DIRECT)
 @pytest.mark.parametrize("size", [10, 40])
 def test_an_indefinite_matrix_is_still_solved(size, solver):

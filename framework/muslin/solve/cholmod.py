@@ -254,22 +254,14 @@ class Halves:
         self._at, self._row, self._col = corner
         self._corners = [domain.corner(size) for domain in domains]
         self._dense = [np.zeros(size * size) for _ in domains]
+        self._factors: tuple[list[Any], np.ndarray] = ([], np.zeros(0))
         self.parallel = parallel
 
     def factorise_and_solve(self, b: tuple[np.ndarray, np.ndarray], s: np.ndarray) -> list[np.ndarray]:
-        """Solve for [one half, other half, separator].
-
-        Parameters
-        ----------
-        b : pair of arrays
-            Right-hand sides of the halves' own unknowns.
-        s : array
-            Right-hand side of the separator.
-        """
+        """Factorise, and `solve`."""
         k = self.size
-        y: list[Any] = [None, None]
-        U: list[Any] = [None, None]
-        complement: list[Any] = [None, None]
+        parts: list[list[Any]] = [[None, None] for _ in range(3)]
+        U, complement, y = parts
 
         def down(i: int) -> None:
             domain = self.domains[i]
@@ -288,13 +280,31 @@ class Halves:
         S += complement[1]
         data = self.domains[0]._kept[2]
         S[k - 1 - self._col, k - 1 - self._row] -= data[self._at]
-        middle = s[::-1].copy()
-        for i in (0, 1):
-            middle += _times(U[i], y[i][: -k - 1 : -1], b"N")
         info = ctypes.c_int(0)
         _blas("dpotrf", b"U", k, S, k, info)
         if info.value:
             raise NotDefinite("not positive definite")
+        self._factors = U, S
+        return self._up(y, s)
+
+    def solve(self, b: tuple[np.ndarray, np.ndarray], s: np.ndarray) -> list[np.ndarray]:
+        """Solve for [one half, other half, separator] with the factors that there are.
+
+        b, s: the right-hand sides of the halves' own unknowns, and of the separator.
+        """
+        y: list[Any] = [None, None]
+
+        def down(i: int) -> None:
+            y[i] = self.domains[i].solve(np.concatenate([b[i], np.zeros(self.size)]), _SYSTEM_L)
+
+        self._both(down)
+        return self._up(y, s)
+
+    def _up(self, y: list[Any], s: np.ndarray) -> list[np.ndarray]:
+        k, (U, S), info = self.size, self._factors, ctypes.c_int(0)
+        middle = s[::-1].copy()
+        for i in (0, 1):
+            middle += _times(U[i], y[i][: -k - 1 : -1], b"N")
         _blas("dpotrs", b"U", k, 1, S, k, middle, k, info)
 
         def up(i: int) -> None:

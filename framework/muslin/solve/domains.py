@@ -96,8 +96,10 @@ class Cholmod:
     def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Factorise and solve; by pivoted LU if the matrix is not positive definite."""
         try:
+            self._indefinite = False
             return self._solve(b)
         except ArithmeticError:
+            self._indefinite = True
             if self.only_definite:
                 raise Indefinite from None
         n = len(b)
@@ -108,6 +110,11 @@ class Cholmod:
         y = np.empty_like(b)
         y[order] = pivoted(full).solve(b[order].ravel()).reshape(-1, 3)
         return y
+
+    def again(self, b: np.ndarray) -> np.ndarray:
+        """Solve with the factors that there are."""
+        again = getattr(self._solve, "again", None)
+        return self.solve(b, b) if again is None or self._indefinite else again(b)
 
     def _joined(self) -> sp.csc_matrix:
         """The whole matrix of two halves, in the order of the vertices."""
@@ -164,6 +171,9 @@ class _Direct:
 
     def __call__(self, b: np.ndarray) -> np.ndarray:
         self._domain.factorise()
+        return self.again(b)
+
+    def again(self, b: np.ndarray) -> np.ndarray:
         y = self._domain.solve(b.take(self._order, axis=0).ravel())
         return y.reshape(-1, 3).take(self._place, axis=0)
 
@@ -187,9 +197,15 @@ class _InHalves:
         self._halves = cholmod.Halves(domains, 3 * size, corner, parallel)
 
     def __call__(self, b: np.ndarray) -> np.ndarray:
+        return self._solved(b, self._halves.factorise_and_solve)
+
+    def again(self, b: np.ndarray) -> np.ndarray:
+        return self._solved(b, self._halves.solve)
+
+    def _solved(self, b: np.ndarray, solve: Callable[..., list[np.ndarray]]) -> np.ndarray:
         one, other = self._orders
         first, second, between = (b.take(part, axis=0).ravel() for part in (one, other, self._separator))
-        y = np.concatenate(self._halves.factorise_and_solve((first, second), between))
+        y = np.concatenate(solve((first, second), between))
         return y.reshape(-1, 3).take(self._place, axis=0)
 
 

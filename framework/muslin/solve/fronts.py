@@ -65,6 +65,60 @@ def factorisation(serial: bool) -> Any:
     return factorise_and_solve
 
 
+def solution(serial: bool) -> Any:
+    """The kernel that solves with the factor that there is, for a right-hand side in y."""
+
+    @ti.kernel
+    def solve(
+        fronts: integers, order: integers, tasks: integers, joints: integers, rows: integers, L: vec4s, y: scalars
+    ):  # fmt: skip
+        ti.loop_config(serialize=serial, block_dim=1)
+        for t in range(joints.shape[0] - 1):
+            for k in range(joints[t], joints[t + 1]):
+                for i in range(3 * fronts[k * WIDTH + PIVOTS]):
+                    y[3 * fronts[k * WIDTH + FIRST] + i] = 0.0
+            for k in range(tasks[t], tasks[t + 1]):
+                forward(fronts, order[k], rows, L, y)
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            last = joints.shape[0] - 1
+            begin, end = tasks[last], tasks[last + 1]
+            for k in range(joints[0], joints[last]):
+                f = k * WIDTH
+                for i in range(fronts[f + PIVOTS]):
+                    at = 3 * rows[fronts[f + ROWS] + i]
+                    put3(y, at, get3(y, at) + get3(y, 3 * (fronts[f + FIRST] + i)))
+            for k in range(begin, end):
+                forward(fronts, order[k], rows, L, y)
+            for k in range(end - begin):
+                up(fronts, order[end - 1 - k], rows, L, y)
+        ti.loop_config(serialize=serial, block_dim=1)
+        for t in range(joints.shape[0] - 1):
+            for k in range(joints[t], joints[t + 1]):
+                f = k * WIDTH
+                for i in range(fronts[f + PIVOTS]):
+                    put3(y, 3 * (fronts[f + FIRST] + i), get3(y, 3 * rows[fronts[f + ROWS] + i]))
+            for k in range(tasks[t + 1] - tasks[t]):
+                up(fronts, order[tasks[t + 1] - 1 - k], rows, L, y)
+
+    return solve
+
+
+@ti.func
+def forward(fronts: ti.template(), k, rows: ti.template(), L: ti.template(), y: ti.template()):
+    """Take what a front's pivots account for from the right-hand side."""
+    f = k * WIDTH
+    pivots, border, panel = fronts[f + PIVOTS], fronts[f + BORDER], fronts[f + PANEL]
+    first, stride = 3 * fronts[f + FIRST], 3 * pivots
+    for j in range(pivots):
+        row = panel + j * stride
+        r = get3(y, first + 3 * j) - times(L, row, y, first, 3 * j)
+        put3(y, first + 3 * j, top(get(L, row + 3 * j)) @ r)
+    for i in range(border):
+        at = 3 * rows[fronts[f + ROWS] + i]
+        put3(y, at, get3(y, at) - times(L, panel + (pivots + i) * stride, y, first, 3 * pivots))
+
+
 @ti.func
 def empty(fronts: ti.template(), k, L: ti.template()):
     """Set a panel to zero, before anything is added to it."""

@@ -10,6 +10,8 @@ Kernels of our own (`muslin.solve.fronts`): nothing to install, and no licence t
 
 from __future__ import annotations
 
+import functools
+from collections.abc import Callable
 from dataclasses import astuple, dataclass
 
 import numpy as np
@@ -230,6 +232,7 @@ class Multifrontal:
             arrays = (self.data.reshape(-1, 4), factor, self._y, self._bad)
             self._launch = Launch(kernel, *self.plan.arguments(), *arrays)
             self._launch()  # compiles
+        self._factor = factor
 
     def solve(self, b: np.ndarray, guess: np.ndarray) -> np.ndarray:
         """Factorise and solve; by pivoted LU if the matrix is not positive definite."""
@@ -241,6 +244,29 @@ class Multifrontal:
                 raise Indefinite
             return pivoted(self._full()).solve(b.ravel()).reshape(-1, 3)
         return self._b.take(self._place, axis=0)
+
+    def again(self, b: np.ndarray) -> np.ndarray:
+        """Solve with the factors that there are."""
+        if self._bad[0]:
+            return self.solve(b, b)
+        np.take(b, self._order, axis=0, out=self._b, mode="clip")
+        self._solve()
+        return self._b.take(self._place, axis=0)
+
+    @functools.cached_property
+    def _solve(self) -> Callable[[], None]:
+        from muslin.base.launch import Launch
+        from muslin.solve.fronts import solution
+
+        fronts, _, order, tasks, joints, rows, *_ = self.plan.arguments()
+        with runtime.shared_out(opt_level=1):
+            launch = Launch(
+                solution(len(self.plan.tasks) == 3), fronts, order, tasks, joints, rows, self._factor, self._y
+            )
+            kept = self._y.copy()
+            launch()  # compiles
+            self._y[:] = kept
+        return launch
 
     def _full(self) -> sp.csc_matrix:
         """The whole matrix, in the order of the vertices."""

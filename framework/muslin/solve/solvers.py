@@ -213,3 +213,13 @@ class System:
                 found = self.solver.solve(b.take(self.free, axis=0), guess.take(self.free, axis=0))
             y.reshape(-1)[self._unknowns] = found.ravel()  # in half the time of y[self.free] = found
         return y
+
+    def again(self, b: np.ndarray) -> np.ndarray:
+        """Solve A y = b for the matrix that was solved with last, pinned vertices at rest: for its factors' sake."""
+        again = getattr(self.solver, "again", None)
+        if again is None:
+            return self.solve(b)
+        y = np.zeros_like(b)
+        with self._kernels():
+            y[self.free] = again(b[self.free])
+        return y

@@ -40,7 +40,12 @@ class SuperLU:
         """Factorise and solve."""
         k = 3 * self.n
         matrix = sp.csc_matrix((self.data, self.indices, self.indptr), shape=(k, k), copy=False)
-        y = factors(matrix, self.definite, "NATURAL").solve(b.take(self.order, axis=0).ravel())
+        self._factors = factors(matrix, self.definite, "NATURAL")
+        return self.again(b)
+
+    def again(self, b: np.ndarray) -> np.ndarray:
+        """Solve with the factors that there are."""
+        y = self._factors.solve(b.take(self.order, axis=0).ravel())
         return y.reshape(-1, 3).take(self.place, axis=0)
 
 
