@@ -9,7 +9,7 @@ from PIL import Image
 
 from muslin.base.errors import MuslinError
 from muslin.present.film import Filming
-from muslin.present.pictures import Show
+from muslin.present.pictures import Show, render_run
 from muslin.simulation import scenes
 from muslin.simulation.runs import RunFolder
 from muslin.simulation.simulating import simulate
@@ -99,3 +99,17 @@ def test_an_interrupted_film_plays_and_leaves_no_process(tmp_path):
         interrupted()
     assert children[0].wait(0) == 0
     assert frames_of(tmp_path / "drape.mp4") >= 1
+
+
+def test_what_happens_after_the_still_does_not_change_it(tmp_path):
+    """A cloth that falls away later would make it smaller and smaller."""
+    stills, films = [], []
+    for name, steps in (("short", 4), ("long", 120)):
+        run = tmp_path / name
+        simulate("drape", resolution=4, sphere=False, floor=False, steps=steps, out=run)
+        written = render_run(run, film="none", still=4 / 240, size=(96, 64), quality="draft")
+        stills.append(np.array(Image.open(written[0])))
+        films.append(Show(RunFolder(run), (96, 64), "draft").picture(1))
+    assert (stills[0] == stills[1]).all()
+    assert (films[0] == stills[0]).all()
+    assert (films[1] != stills[1]).any(), "the film is framed by all of it"

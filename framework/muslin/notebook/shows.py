@@ -231,9 +231,7 @@ def _pictures(run: Run) -> Iterator[np.ndarray]:
     if run.folder is not None:
         show = Show(RunFolder(run.folder), size=STILL, quality="draft")
         still = run.scene.still
-        yield show.picture(
-            len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
-        )
+        yield show.still(len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still))))
     else:
         material = replace(render.CLOTH, back=BACK)
         cloth = render.Surface(run.x, run.mesh.triangles, material, stage.pattern(run.mesh.vertices))

@@ -42,6 +42,10 @@ class Pair:
         self.times = max((show.times for show in self.shows), key=len)
         self.whole = measure.whole
 
+    def still(self, k: int) -> np.ndarray:
+        """The same as its picture in the film: two runs are compared in one frame."""
+        return self.picture(k)
+
     def picture(self, k: int) -> np.ndarray:
         """Frame k as a picture, (height, width, 3) uint8."""
         parts = []

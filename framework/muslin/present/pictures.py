@@ -190,9 +190,19 @@ class Show:
 
     def picture(self, k: int) -> np.ndarray:
         """Frame k as a picture, (height, width, 3) uint8."""
+        return self._drawn(k, self.camera(k))
+
+    def still(self, k: int) -> np.ndarray:
+        """The same, framed by what has happened until then: a cloth that slides away later leaves it as it is."""
+        if self._fixed is not None or self.scene.camera == "follow":
+            return self.picture(k)
+        points = np.concatenate([self._points(j) for j in _some(k + 1, 60)])
+        return self._drawn(k, render.fit_camera(points, self.scene.view, self.size))
+
+    def _drawn(self, k: int, camera: render.Camera) -> np.ndarray:
         return render.draw(
             self.surfaces(k),
-            self.camera(k),
+            camera,
             self.size,
             self.quality,
             wireframe=self.wireframe,
@@ -288,7 +298,7 @@ def _pictures(
     """Write a still and a film; returns the files."""
     still = show.scene.still if still is None else still
     k = len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
-    written = [render.write_png(beside(base, ".png"), show.picture(min(k, show.whole)))]
+    written = [render.write_png(beside(base, ".png"), show.still(min(k, show.whole)))]
     if film is not None:
         target = beside(base, "-frames" if film == "frames" else f".{film}")
         filmed = range(0, len(show.times), every)
