@@ -53,11 +53,10 @@ def run(
     if result.interrupted:
         say(f"Stopped. What was simulated until now is in {paths.shown(out / 'run')}.")
         raise KeyboardInterrupt
-    say("\nEnergies [J]; put in: by the figure that moves, and by the wind")
-    say("  time [s]    kinetic    elastic    gravity      total     put in")
+    say("\nEnergies [J]\n  time [s]    kinetic    elastic    gravity      total")
     table = result.energies
     for row in table[:: max(1, len(table) // 8)]:
-        energies = (row.kinetic, row.elastic, row.gravity, row.total, row.work)
+        energies = (row.kinetic, row.elastic, row.gravity, row.total)
         say(f"  {row.time:8.3f} " + " ".join(f"{value:10.4f}" for value in energies))
     with progress("filming") as tick:
         written = pictures.render_run(out / "run", out / "cape.mp4", on_frame=tick, quality=quality)
