@@ -134,7 +134,7 @@ def _weights(
     doubled = np.cross(X[triangles[:, 1]] - X[triangles[:, 0]], X[triangles[:, 2]] - X[triangles[:, 0]])
     corner = triangles.ravel()
     share = np.bincount(corner, np.repeat(np.linalg.norm(doubled, axis=1) / 6, 3), n)
-    normal = np.stack([np.bincount(corner, np.repeat(part, 3), n) for part in doubled.T], axis=1)
+    normal: np.ndarray = np.stack([np.bincount(corner, np.repeat(part, 3), n) for part in doubled.T], axis=1)
     inner = np.bincount(cells[:, :2].ravel(), minlength=n) == np.bincount(triangles.ravel(), minlength=n)
     length = np.linalg.norm(normal, axis=1)
     inner &= length > 1e-12 * share
@@ -148,7 +148,7 @@ def _weights(
         v = cells[:, end]
         up, right = np.einsum("ij,ij->i", edge, north[v]), np.einsum("ij,ij->i", edge, east[v])
         along = right + 1j * up  # where the edge points to around the vertex
-        there = Z * (np.square(along) / (right**2 + up**2) if quick else np.exp(2j * np.arctan2(up, right)))
+        there = Z * (np.divide(along**2, right**2 + up**2) if quick else np.exp(2j * np.arctan2(up, right)))
         second, fourth = 2 * alpha * there, there**2 / 2
         counts = np.where(inner[v], weight, 0.0)
         over = np.where(inner[v], share[v], 1.0)
