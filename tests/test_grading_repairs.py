@@ -570,3 +570,68 @@ def test_every_change_is_of_a_known_kind_and_told_in_words():
             assert change.kind in KINDS
             assert "{" not in change.sentence, change.sentence
             assert change.sentence.startswith(f"Line {change.line}")
+
+
+@pytest.mark.parametrize(
+    ("assignment", "task", "body", "words"),
+    [
+        (
+            "cloth",
+            "mass_block",
+            """
+            if i == j:
+                m = rho * h * area / 6
+            m = rho * h * area / 12
+            return m
+            """,
+            "stands too late",
+        ),
+        ("solids", "nodal_force", "return -volume * P[1, 1] * grad_phi", "in place of the whole matrix `P`"),
+        (
+            "cloth",
+            "filter_velocity",
+            """
+            d = v.dot(n)
+            out, kept = v, v
+            if d < 0:
+                kept = v - d * n
+            return out
+            """,
+            "stands in place of kept",
+        ),
+        (
+            "cloth",
+            "mass_block",
+            """
+            m = rho * h * area / 12
+            if 0 == j:
+                m = rho * h * area / 6
+            return m
+            """,
+            "stands in place of i",
+        ),
+        (
+            "cloth",
+            "sphere_contact",
+            """
+            d = x - c
+            n = ti.Vector([0.0, 1.0, 0.0])
+            if d.norm() > 0:
+                n = d.normalized()
+            return ti.cast((abs(d[0]) + abs(d[1]) + abs(d[2])) * 0.9 < r, ti.i32), n
+            """,
+            "`d.norm()` belongs there",
+        ),
+        (
+            "solids",
+            "psi",
+            """
+            J = 1 + F.norm_sqr() / 10
+            return C * (J ** (-2 / 3) * (F.transpose() @ F).trace() - 3) + D * (J - 1) ** 2
+            """,
+            "determinant",
+        ),
+    ],
+)
+def test_a_line_in_the_wrong_place_and_an_entry_for_the_whole_are_told(assignment, task, body, words):
+    assert words in told(task, body, assignment).mistake

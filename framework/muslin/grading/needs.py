@@ -71,6 +71,24 @@ class Slope:
     needed: np.ndarray
 
 
+@dataclass(frozen=True)
+class Spread:
+    """How the results change with a number in a loop that is worked out at once, each entry of them with one pass.
+
+    Attributes
+    ----------
+    value : ndarray, (b * passes,)
+    rate : ndarray, (b, m)
+        Change of each entry of the results with it.
+    row : ndarray of int, (b, m)
+        In which row it stands.
+    """
+
+    value: np.ndarray
+    rate: np.ndarray
+    row: np.ndarray
+
+
 class Needs:
     """How the answers of a function hang on its expressions.
 
@@ -95,7 +113,9 @@ class Needs:
         self.asked = np.ones(self.right.shape[1], dtype=bool)
         self.smooth = np.concatenate([np.full(e[0].size, e.dtype.kind != "i") for e in expected])
         self._bent = bent(self.meaning.node)
-        self._slopes: dict[int, Slope | Target | bool] = {}
+        compared = [n for n in ast.walk(self.meaning.node) if isinstance(n, ast.Compare)]
+        self._compared = {id(side) for n in compared for side in (n.left, *n.comparators)}
+        self._slopes: dict[int, Slope | Target | Spread | bool] = {}
         self._solved_for = 0
 
     def _flat(self, results: Sequence[Any]) -> np.ndarray:
@@ -129,11 +149,12 @@ class Needs:
             met = (np.abs(lacking) <= NEAR * 0.01).all(axis=1) & self.usable
             changes |= np.abs(slope[:, asked]).max(axis=1) > 1e-9
             if met[self.usable].all():
-                return Target(value, self.usable & changes)
+                return Target(value, self.usable & changes) if changes[self.usable].any() else True
             square = np.sum(np.where(asked, slope, 0.0) ** 2, axis=1)
             way = np.sum(np.where(asked, slope, 0.0) * lacking, axis=1) / np.where(square > 0, square, np.inf)
             value = value + np.where(np.isfinite(way) & ~met, way, 0.0)
-        return Target(value, met & changes) if met.sum() > MOST_CASES * self.usable.sum() else True
+        enough = met.sum() > MOST_CASES * self.usable.sum() and changes[met].any()
+        return Target(value, met & changes) if enough else True
 
     def _divided(self, node: Any, flat: np.ndarray) -> Target | None:
         """The number an expression must be that all results are divided by; None if they are not."""
@@ -158,6 +179,42 @@ class Needs:
         if not self._near(rows * way[:, None]):
             return None
         return Target(1 / (inverse + way), usable & (square > 0))
+
+    def _spread(self, node: Any, value: Any) -> Spread | bool:
+        """How the results hang on a number in a loop; False if no numbers there make them right."""
+        count, rows = len(self.right), self.meaning.rows(node)
+        array = np.broadcast_to(np.asarray(value, dtype=np.float64), (rows,)) if not np.ndim(value) else value
+        passes = array.size // count
+        if array.ndim != 1 or passes * count != array.size or passes < 2:
+            return True
+        step = 0.37 * np.abs(array).max() + 1e-3
+        weights = np.tile(1 + np.arange(passes), count).astype(np.float64)
+
+        def moved(by: np.ndarray) -> np.ndarray:
+            return self._flat(self.meaning.otherwise({id(node): Fixed(array + by)})) - self.came
+
+        one, far, each = (
+            moved(step * np.ones(array.size)),
+            moved(2 * step * np.ones(array.size)),
+            moved(step * weights),
+        )
+        close = 1e-7 * (1e-6 + np.abs(one))
+        if not (np.abs(far - 2 * one) <= close)[self.usable].all():
+            return True
+        if (self.wrong & ~(np.abs(one) > 0) & ~(np.abs(each) > 0))[np.ix_(self.usable, self.asked)].any():
+            return False
+        with np.errstate(all="ignore"):
+            ratio = np.where(np.abs(one) > 0, each / one, 1.0)
+        at = np.rint(ratio)
+        if not ((np.abs(ratio - at) <= 1e-5) & (at >= 1) & (at <= passes))[self.usable].all():
+            return True
+        row = np.arange(count)[:, None] * passes + np.where(np.isfinite(at), at, 1).astype(int) - 1
+        return Spread(array, one / step, row)
+
+    def _reaches(self, spread: Spread, made: np.ndarray) -> bool:
+        """Whether numbers in place of one in a loop would make the results right, as far as one can tell."""
+        new = np.broadcast_to(made, spread.value.shape)
+        return self._near(spread.rate * (new - spread.value)[spread.row])
 
     def _near(self, reached: np.ndarray) -> bool:
         """Whether changes of the results, (b, m), are those that are lacking."""
@@ -188,7 +245,9 @@ class Needs:
     def _fits(self, node: ast.AST, values: np.ndarray) -> np.ndarray:
         """Which of many values in a few cases, (n, few, ...), would make them right in place of a node."""
         slope = self.slope(node)
-        if isinstance(slope, bool) or (isinstance(slope, Target) and not slope.asked[self.few].any()):
+        if isinstance(slope, (bool, Spread)) or (
+            isinstance(slope, Target) and not slope.asked[self.few].any()
+        ):
             return np.zeros(len(values), dtype=bool)
         if isinstance(slope, Target):
             return self._meets(slope, values, self.few)
@@ -210,7 +269,7 @@ class Needs:
         slope = self.slope(node)
         return int(slope) if isinstance(slope, bool) else 2
 
-    def slope(self, node: Any) -> Slope | Target | bool:
+    def slope(self, node: Any) -> Slope | Target | Spread | bool:
         """How the results hang on an expression; True if that is not known, False if no value makes them right."""
         key = id(node)
         if key not in self._slopes:
@@ -220,8 +279,10 @@ class Needs:
                 self._slopes[key] = True
         return self._slopes[key]
 
-    def _measured(self, node: Any) -> Slope | Target | bool:
+    def _measured(self, node: Any) -> Slope | Target | Spread | bool:
         value = self.meaning.values.get(id(node))
+        if value is None and id(node) in self.meaning.wide_values and id(node) not in self._bent:
+            return self._spread(node, self.meaning.wide_values[id(node)])
         if value is None or isinstance(value, (list, tuple)):
             return True
         value = np.asarray(value)
@@ -232,6 +293,8 @@ class Needs:
             return True
         value = np.broadcast_to(value.astype(np.float64), (count, *form))
         flat = value.reshape(count, -1)
+        if id(node) in self._compared:
+            return True  # it is on one side or on the other: there is no way towards a number
         if id(node) in self._bent:
             return self._solved(node, flat) if not form else True
         step = 0.37 * np.abs(flat).max(axis=1) + (np.abs(flat).max() or 1.0) * 1e-3

@@ -68,7 +68,7 @@ def _places(search: Search) -> list[Any]:
     """Expressions of which it is known what they would have to be, the shortest first, names last."""
     scope = search.changes.scope
     nodes = [n for n in ast.walk(search.meaning.node) if isinstance(n, ast.expr) and scope.counts(n)]
-    known = [n for n in nodes if not isinstance(search.slope(n), bool)]
+    known = [n for n in nodes if isinstance(search.slope(n), (Slope, Target))]
     return sorted(known, key=lambda n: (isinstance(n, ast.Name), len(text_of(n))))
 
 

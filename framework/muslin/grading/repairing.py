@@ -21,7 +21,7 @@ import numpy as np
 
 from muslin.base.errors import MuslinError
 from muslin.grading.making import PLACES, SIDE, Kit
-from muslin.grading.needs import IMPOSSIBLE, NEAR, Needs, Slope, Target
+from muslin.grading.needs import IMPOSSIBLE, NEAR, Needs, Slope, Spread, Target
 from muslin.grading.pointing import Place, pointed
 from muslin.judging.reference import TOLERANCE
 from muslin.reading.meaning import Meaning, Unclear
@@ -37,6 +37,12 @@ LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 1000, 250, 1200
 
 #: Most steps taken for one function: they bound the time, whatever the text is.
 SPENT = 400_000
+
+#: Steps up to which the changes of a short function are so cheap that more may be tried, and how many times as many.
+CHEAP, OFTEN = 40_000, 4
+
+#: Share of that which changes of a symbol or two may cost, before larger ones are looked at.
+SMALL = 0.7
 
 #: Most entries of the results that are wrong where several slips are looked for.
 PARTS = 4
@@ -166,19 +172,22 @@ class Search(Needs):
 
     def found(self) -> Repair | None:
         """The plainest change that makes all results right, or those entries that are asked for."""
-        changes = itertools.chain(self.changes.plain(), self._numbers(), self.changes.larger(self._hope))
         spare: Repair | None = None
         most = TRIED_IN_LOOPS if self.meaning.widened else TRIED if self.asked.all() else TRIED_APART
-        for change in itertools.islice(changes, LOOKED):
-            try:
-                if self._may_be(change) and self.is_right(change):
-                    if not self._idle(change):
-                        return self._told(change)
-                    spare = spare or change
-            except IMPOSSIBLE:
-                continue
-            if self._tried > most or self.meaning.spent > SPENT:
-                break
+        small = itertools.chain(self.changes.plain(), self._numbers())
+        for changes, share in ((small, SMALL), (self.changes.larger(self._hope), 1.0)):
+            for change in itertools.islice(changes, LOOKED):
+                try:
+                    if self._may_be(change) and self.is_right(change):
+                        if not self._idle(change):
+                            return self._told(change)
+                        spare = spare or change
+                except IMPOSSIBLE:
+                    continue
+                spent = self.meaning.spent
+                often = self._tried > share * most * (1 if spent > CHEAP else OFTEN)
+                if often or spent > share * SPENT:
+                    break
         if spare is None and self.asked.all():
             spare = next(self._made(), None)
         return spare and self._told(spare)
@@ -187,7 +196,9 @@ class Search(Needs):
         """What belongs in a place, made of the symbols known there with an operation or two."""
         scope, kits = self.changes.scope, dict[tuple[str, ...], Kit]()
         nodes = [n for n in ast.walk(self.meaning.node) if isinstance(n, ast.expr) and scope.counts(n)]
-        places = [n for n in nodes if id(n) in self.meaning.here and not isinstance(self.slope(n), bool)]
+        places = [
+            n for n in nodes if id(n) in self.meaning.here and isinstance(self.slope(n), (Slope, Target))
+        ]
         for node in sorted(places, key=lambda n: len(text_of(n)))[:PLACES]:
             form, symbols = scope.form(node), self._symbols(node)
             if form is None or isinstance(node, ast.Constant):
@@ -234,7 +245,7 @@ class Search(Needs):
             if isinstance(stands, bool) or not isinstance(stands, (int, float)):
                 continue
             slope = self.slope(node)
-            if isinstance(slope, bool):
+            if not isinstance(slope, (Slope, Target)):
                 continue
             needed, asked = slope.value, getattr(slope, "asked", self.usable)
             if isinstance(slope, Slope):
@@ -372,6 +383,8 @@ class Search(Needs):
         if key not in self.meaning.here or (isinstance(slope, Target) and not isinstance(node, ast.Constant)):
             return True  # another number than was found may be right, too
         made = np.asarray(self.meaning.alone(node, new), dtype=np.float64)
+        if isinstance(slope, Spread):
+            return self._reaches(slope, made)
         if isinstance(slope, Target):
             return bool(self._meets(slope, made))
         value = np.broadcast_to(made.reshape(len(made), -1) if made.ndim else made, slope.value.shape)

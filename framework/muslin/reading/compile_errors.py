@@ -125,8 +125,18 @@ ADVICE: tuple[tuple[str, str], ...] = (
     (r"Cannot unpack type", "Return as many values as the task asks for, separated by commas."),
     (r"get_num_elements", "The rows of a matrix must be equally long."),
     (
+        r"List indices must be integers or slices, not tuple",
+        "A list cannot be indexed by a list: a comma is missing between the two rows in square brackets, or write "
+        "A[i, j] for an entry of a matrix.",
+    ),
+    (
         r"List indices must be integers",
         "A Python list needs a number known in advance: use if, or ti.static(range(3)).",
+    ),
+    (
+        r"shape of non-tensor",
+        "One side of @ is a number: @ is a product of matrices and vectors, * multiplies by a number. Is a whole "
+        "vector meant, or diag(v), where one component stands?",
     ),
     (r"number of targets", "Return as many values as the task asks for, separated by commas."),
     (r"tuple index out of range", "It is called with too few arguments: a.cross(b), a.dot(b)."),

@@ -105,6 +105,7 @@ class Meaning:
         self.forms: dict[int, tuple[int, ...]] = {}
         self.variables: dict[str, tuple[int, ...]] = {}
         self.here: dict[int, dict[str, Any]] = {}
+        self._wide_here: dict[int, tuple[dict[str, Any], int]] = {}
         self.seen: dict[int, Any] | None = None
         self._names: dict[int, Names] = {}
         self._alive: list[ast.AST] = []  # what ids stand for
@@ -166,9 +167,21 @@ class Meaning:
         self._over, self._steps, self._dirty = {}, 0, set()
         self._alive.append(new)
         env = self.here.get(id(node))
-        if env is None:
+        if env is not None:
+            return self._instead(node, new, env)
+        if id(node) not in self._wide_here:
             raise Unclear
-        return self._instead(node, new, env)
+        count = self.count
+        env, self.count = self._wide_here[id(node)]
+        self.wide = Wide({}, np.ones(self.count, dtype=bool))
+        try:
+            return np.broadcast_to(self._instead(node, new, env), (self.count,))
+        finally:
+            self.wide, self.count = None, count
+
+    def rows(self, node: ast.AST) -> int:
+        """How many values a node has that stands in a loop which is worked out at once."""
+        return self._wide_here[id(node)][1] if id(node) in self._wide_here else 0
 
     def _instead(self, node: ast.AST, new: ast.AST, env: dict[str, Any]) -> Any:
         """What replaces a node; only what has stood in it is known here, for variables change from line to line."""
@@ -211,10 +224,14 @@ class Meaning:
     def _done(self, statement: Any, env: dict[str, Any]) -> Any:
         """Work a statement out; what it returns, if it returns."""
         self._step()
-        if self._recording and self.wide is None and not isinstance(statement, ast.For):
+        if self._recording and not isinstance(statement, ast.For):
             now = dict(env)
             part = statement.test if isinstance(statement, ast.If) else statement
-            self.here.update(dict.fromkeys(map(id, ast.walk(part)), now))
+            inside = map(id, ast.walk(part))
+            if self.wide is None:
+                self.here.update(dict.fromkeys(inside, now))
+            else:
+                self._wide_here.update(dict.fromkeys(inside, (now, self.count)))
         if id(statement) in self._over:
             self._dirty |= _assigned(statement)
             statement = self._over[id(statement)]

@@ -174,6 +174,29 @@ def _unpacked(page: Page) -> Iterator[Note]:
             )
 
 
+def _never_used(page: Page) -> Iterator[Note]:
+    """A variable that gets a value and is not used, beside one that differs from it in capitals only."""
+    names = [node for node in nodes(page.node) if isinstance(node, ast.Name)]
+    used_names = {node.id for node in names if isinstance(node.ctx, ast.Load)} | set(page.arguments)
+    for node in names:
+        alike = sorted(other for other in used_names if other.lower() == node.id.lower())
+        if isinstance(node.ctx, ast.Store) and node.id not in used_names and alike:
+            yield page.note(
+                node, f"{node.id} gets a value and is never used: did you mean {alike[0]}?", compiles=True
+            )
+
+
+def _no_method(page: Page) -> Iterator[Note]:
+    """A component, or several, called like a method: m.t(), which is another library's transpose."""
+    for node in nodes(page.node):
+        called = node.func if isinstance(node, ast.Call) else None
+        if isinstance(called, ast.Attribute) and called.attr in ("t", "T", "H"):
+            transposed = f"{ast.unparse(called.value)}.transpose()"
+            yield page.note(
+                node, f"vectors and matrices have no method {called.attr}; write {transposed}.", fatal=True
+            )
+
+
 TRAPS: tuple[Callable[[Page], Iterator[Note]], ...] = (
     _lists,
     _whole_numbers,
@@ -186,4 +209,6 @@ TRAPS: tuple[Callable[[Page], Iterator[Note]], ...] = (
     _loops,
     _double_index,
     _unpacked,
+    _never_used,
+    _no_method,
 )

@@ -99,7 +99,7 @@ class Changes:
         for function in self.scope.functions:
             for node in ast.walk(function):
                 if isinstance(node, ast.stmt):
-                    yield from statements.changes(node)
+                    yield from statements.changes(self.scope, node)
                 elif isinstance(node, ast.expr) and self.scope.counts(node):
                     for kind, detail, words, new in expressions.changes(self.scope, node):
                         yield Repair(kind, detail, node.lineno, words, {id(node): new})

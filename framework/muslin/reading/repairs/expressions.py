@@ -139,6 +139,9 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
     if exponent < -2 and math.isclose(abs(value), 10.0**-exponent):
         words = f"the exponent of {value:g}{here} has the wrong sign: a large number stands in place of a small one"
         yield "sign", f"exponent {value}", words, number(10.0**exponent)
+    for key in scope.named(()) if isinstance(outer, ast.Compare) else ():
+        words = f"the number {value:g} stands in place of {scope.said(key)}{here}"
+        yield "condition", f"{value}->{key}", words, name(key)
     what = "threshold" if isinstance(outer, ast.Compare) else "number"
     idle = _idle(outer)
     for other in dict.fromkeys((*made, *NUMBERS)):
@@ -260,7 +263,12 @@ def _around(scope: Scope, node: ast.expr, form: Form) -> Found:
             yield "transposed", f"{like(node)} {called}", words, method(inner, called)
     if form or isinstance(node, ast.Constant) or isinstance(outer, (ast.Subscript, ast.Slice)):
         return
-    if not (isinstance(outer, ast.BinOp) and isinstance(outer.op, ast.Pow)):
+    ends = (
+        isinstance(node, ast.BinOp)
+        and isinstance(node.right, ast.BinOp)
+        and isinstance(node.right.op, ast.Pow)
+    )
+    if not ends and not (isinstance(outer, ast.BinOp) and isinstance(outer.op, ast.Pow)):
         square = ast.BinOp(inner, ast.Pow(), ast.Constant(2))
         yield "power", f"{like(node)} squared", f"a square is missing: {here} should be squared", square
     words = f"a root is missing: the square root of {here} should be taken"

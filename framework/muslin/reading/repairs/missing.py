@@ -151,9 +151,10 @@ def others(scope: Scope, node: ast.expr, form: Form) -> Found:
         parts |= {text_of(part): part for part in scope.variants(node)}
     for text, part in parts.items():
         if text != here:
-            words = (
-                f"{code(node)} stands in place of another part, one with {names_in(part, scope.variables)}"
+            which = (
+                code(part) if len(text_of(part)) <= SHOWN else f"one with {names_in(part, scope.variables)}"
             )
+            words = f"{code(node)} stands in place of another part: {which} belongs there"
             yield "another", f"{here}->{text}", words, part
     for text, part in _products(scope, form):
         yield "another", f"{here}->{text}", f"{code(node)} stands in place of {text}", part

@@ -50,6 +50,7 @@ def changes(scope: Scope, node: ast.BinOp) -> Found:
     """All changes of one operation."""
     yield from _operators(scope, node)
     yield from _sides(scope, node)
+    yield from _entries(scope, node)
     yield from _brackets(node)
     outer = scope.parent(node)
     if not (isinstance(outer, ast.BinOp) and type(outer.op) is type(node.op)):
@@ -105,18 +106,59 @@ def _sides(scope: Scope, node: ast.BinOp) -> Found:
     first, second = VERBS[type(op)]
     end = f"once too often in {here}: it does not belong there"
     if scope.form(right) is not None and scope.form(left) == form:
-        yield "extra", f"{stands}{like(right)}", f"{code(right)} is {second} {end}", left
+        yield (
+            "extra",
+            f"{stands}{like(right)}",
+            f"{code(right)} is {second} {end}{_factor(right, stands)}",
+            left,
+        )
     if scope.form(left) is not None and scope.form(right) == form:
         negative = isinstance(op, ast.Sub)
         yield (
             "extra",
             f"{like(left)}{stands}",
-            f"{code(left)} is {first} {end}",
+            f"{code(left)} is {first} {end}{_factor(left, stands)}",
             minus(right) if negative else right,
         )
         if negative:
             words = f"{code(left)} and the minus do not belong in {here}"
             yield "extra", f"{like(left)}{stands}.", words, right
+
+
+def _factor(node: ast.expr, stands: str) -> str:
+    """What a number too many makes of the rest."""
+    value = node.value if isinstance(node, ast.Constant) else None
+    if not isinstance(value, (int, float)) or stands not in "*/":
+        return ""
+    return f" (a factor of {'1/' if stands == '/' else ''}{value:g} too much)"
+
+
+def _entries(scope: Scope, node: ast.BinOp) -> Found:
+    """One entry that stands for all: of a matrix before a vector, of weights before a sum; a minus for a product."""
+    left, right, here = node.left, node.right, code(node)
+    if isinstance(node.op, ast.Sub) and not scope.form(left) and scope.form(right):
+        words = f"the minus makes a difference of {here}: a product with a minus belongs there"
+        yield "sign", "difference for product", words, ast.BinOp(left, ast.Mult(), minus(right))
+    if not isinstance(node.op, ast.Mult):
+        return
+    *before, entry = factors(left, ast.Mult)
+    whole = entry.value if isinstance(entry, ast.Subscript) else None
+    if whole is None:
+        return
+    if len(scope.form(whole) or ()) == 2 and len(scope.form(right) or ()) == 1:
+        applied: ast.expr = ast.BinOp(whole, ast.MatMult(), right)
+        words = f"one entry, {code(entry)}, stands in place of the whole matrix {code(whole)} in {here}"
+        yield "operation", "entry for matrix", words, product([*before, applied], ast.Mult)
+    parts = terms(right)
+    if len(scope.form(whole) or ()) == 1 and len(parts) > 1:
+        own: ast.expr = total(
+            [
+                (sign, ast.BinOp(ast.Subscript(whole, ast.Constant(k), ast.Load()), ast.Mult(), part))
+                for k, (sign, part) in enumerate(parts)
+            ]
+        )
+        words = f"one weight, {code(entry)}, stands before the whole sum in {here}: each term has a weight of its own"
+        yield "operation", "one weight", words, product([*before, own], ast.Mult)
 
 
 def _brackets(node: ast.BinOp) -> Found:

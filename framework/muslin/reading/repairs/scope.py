@@ -123,6 +123,12 @@ class Scope:
         return self._added.get(target, [])
 
     @cached_property
+    def written(self) -> list[str]:
+        """Variables that get a value, by name."""
+        stored = (n for n in ast.walk(self.meaning.node) if isinstance(n, ast.Name))
+        return sorted({n.id for n in stored if isinstance(n.ctx, ast.Store)})
+
+    @cached_property
     def _added(self) -> dict[str, list[ast.expr]]:
         found: dict[str, list[ast.expr]] = {}
         for node in ast.walk(self.meaning.node):

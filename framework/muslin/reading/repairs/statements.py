@@ -15,13 +15,16 @@ from muslin.reading.repairs.pieces import (
     function,
     function_of,
     like,
+    name,
     text_of,
 )
 from muslin.reading.repairs.scope import Scope
 
 
-def changes(node: ast.stmt) -> Iterator[Repair]:
+def changes(scope: Scope, node: ast.stmt) -> Iterator[Repair]:
     """All changes of one statement."""
+    if isinstance(node, (ast.Assign, ast.AugAssign)):
+        yield from _targets(scope, node)
     if isinstance(node, ast.AugAssign):
         yield from _added(node)
     elif isinstance(node, ast.Assign):
@@ -32,6 +35,34 @@ def changes(node: ast.stmt) -> Iterator[Repair]:
         words = f"the two branches of the condition {code(node.test)} are exchanged"
         turned = ast.If(node.test, node.orelse, node.body)
         yield Repair("condition", "turned", node.lineno, words, {id(node): turned})
+
+
+def _targets(scope: Scope, node: ast.Assign | ast.AugAssign) -> Iterator[Repair]:
+    """A value that another variable, or another entry, should get."""
+    target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+    others: list[ast.expr] = []
+    if isinstance(target, ast.Name):
+        own = scope.variables.get(target.id)
+        known = [key for key in scope.written if key != target.id and key not in scope.loops]
+        others = [ast.Name(key, ast.Store()) for key in known if scope.variables.get(key) == own]
+    elif isinstance(target, ast.Subscript):
+        parts = target.slice.elts if isinstance(target.slice, ast.Tuple) else [target.slice]
+        for k, part in enumerate(parts):
+            choices: list[ast.expr] = [ast.Constant(i) for i in range(3)]
+            choices += [name(key) for key in sorted(scope.loops)]
+            for choice in choices:
+                if text_of(choice) != text_of(part):
+                    made = [choice if q == k else p for q, p in enumerate(parts)]
+                    index = ast.Tuple(made, ast.Load()) if len(made) > 1 else made[0]
+                    others.append(ast.Subscript(target.value, index, ast.Store()))
+    for other in others:
+        new: ast.stmt = ast.Assign([other], node.value)
+        if isinstance(node, ast.AugAssign):
+            new = ast.AugAssign(other, node.op, node.value)  # type: ignore[arg-type]
+        words = f"{code(target)} gets here what {code(other)} should get"
+        yield Repair(
+            "loop", f"target {text_of(target)}->{text_of(other)}", node.lineno, words, {id(node): new}
+        )
 
 
 def _too_many(node: ast.Assign | ast.AugAssign, target: ast.expr) -> Repair:
