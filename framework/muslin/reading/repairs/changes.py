@@ -28,7 +28,9 @@ LESS_PLAIN = KINDS.index("loop")
 def _rank(repair: Repair) -> tuple[float, int, int]:
     """How plain a change is: one in one place before one in several, a number for a number before a name for it."""
     kind = float(KINDS.index(repair.kind))
-    if len(repair.changes) > 1 and repair.kind != "condition":
+    if repair.detail.startswith("target "):
+        kind = KINDS.index("another")  # a name read is taken for another sooner than a name written
+    elif len(repair.changes) > 1 and repair.kind != "condition":
         kind += LESS_PLAIN
     elif repair.kind == "loop" and repair.detail != "=->-=":  # there are few of them
         kind = KINDS.index("operation") + 0.5
