@@ -10,9 +10,10 @@ import pytest
 import muslin
 from muslin.base.errors import MuslinError
 from muslin.physics.colliders import Capsule, Plane, Sphere
-from muslin.physics.meeting import meet, nearest_weights
+from muslin.physics.meeting import Pairs, meet, nearest_weights
 from muslin.simulation import guarded, integrators, scenes, simulating
 from muslin.simulation.runs import COLUMNS, RunFolder
+from muslin.simulation.touching import Pressed, Touching
 
 SOLVED = {"contact": "solve", "resolution": 16, "bending": "off"}
 
@@ -245,3 +246,20 @@ def test_a_sphere_smaller_than_a_triangle_is_met():
     distance = np.linalg.norm(np.einsum("tk,tki->ti", weights, corners), axis=1)
     assert 0.02 - 1e-5 < distance.min() < 0.03
     assert_nothing_is_gained(run)
+
+
+def test_a_step_that_is_not_solved_to_its_end_pushes_with_what_a_vertex_has_got():
+    """A particle that falls at 1 m/s onto a floor gets m, however far its step was solved."""
+    mass, stiffness, down = 0.2, 1e5, np.array([[0.0, -1.0, 0.0]])
+    up, still = np.array([[0.0, 1.0, 0.0]]), np.zeros((1, 3))
+    pairs = Pairs(
+        key=np.zeros(1, np.int64), corners=np.zeros((1, 1), np.int64), weights=np.ones((1, 1)), normals=up,
+        gaps=np.zeros(1), velocities=still, hit=np.ones(1, bool),
+    )  # fmt: skip
+    touching = Touching(pairs, Pressed(), 0.01, stiffness)
+    for left in (1.0, 0.5, 0.1):
+        solved = left * down
+        unbalanced = mass * (solved - down) + touching.gradient(solved.ravel()).reshape(-1, 3)
+        presses = touching.pressing(solved.ravel())
+        push, _ = touching.impulses(solved, still, presses, np.array([mass]), unbalanced)
+        assert push[0] == pytest.approx(mass, rel=1e-9)

@@ -137,8 +137,12 @@ def _better(
     found: list[State] = []
 
     def landed(v: np.ndarray) -> bool:
-        presses = touching.pressing(v) if touching else None
-        found.append(_landed(model, state, dt, touching, v.reshape(-1, 3), lifted, presses))
+        presses = unbalanced = None
+        if touching:
+            presses = touching.pressing(v)
+            problem.value(v)
+            unbalanced = problem.gradient()[0].reshape(-1, 3)
+        found.append(_landed(model, state, dt, touching, v.reshape(-1, 3), lifted, presses, unbalanced))
         return _excess(model, state, before, found[-1]) <= 0
 
     def enough(v: np.ndarray) -> bool:
@@ -201,8 +205,12 @@ def _landed(
     solved: np.ndarray,
     lifted: np.ndarray | None,
     presses: np.ndarray | None = None,
+    unbalanced: np.ndarray | None = None,
 ) -> State:
-    """The state after a step, filtered, with the body updated to it; `presses` if not as expected."""
+    """The state after a step, filtered, with the body updated to it.
+
+    `presses` if not as expected; `unbalanced`, the impulses (n, 3) left over, where the step was not solved to its end.
+    """
     v, contacts, pressed = solved, [], Pressed()
     work = 0.0
     if touching:
@@ -215,7 +223,7 @@ def _landed(
     if touching:
         presses = touching.presses if presses is None else presses
         mass = np.einsum("ck,ck->c", touching.pairs.weights, model.lumped[touching.pairs.corners])
-        push, rub = touching.impulses(solved, v, presses, mass)
+        push, rub = touching.impulses(solved, v, presses, mass, unbalanced)
         pressed = touching.after(push, rub, v, mass)
         contacts = touching.contacts(push > 0, count)
         work += touching.work(push, rub)

@@ -175,12 +175,25 @@ class Touching:
         return self.pairs.contacts(self.least, which, colliders)
 
     def impulses(
-        self, solved: np.ndarray, v: np.ndarray, presses: np.ndarray, mass: np.ndarray
+        self,
+        solved: np.ndarray,
+        v: np.ndarray,
+        presses: np.ndarray,
+        mass: np.ndarray,
+        unbalanced: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Normal impulses (c,) and those of friction (c, 3) [N s]: of the system solved, and of the filter after it."""
+        """Normal impulses (c,) and those of friction (c, 3) [N s]: of the system solved, and of the filter after it.
+
+        `unbalanced` is the gradient (n, 3) that is left where the system was not solved to its end [N s]: what a pair
+        would push with there, nothing holds against, and it did not.
+        """
         _, inwards, across = self._along(solved)
         filtered = np.einsum("ij,ij->i", self.pairs.normals, self.pairs.at(v - solved))
         push = np.where(presses, -self.stiffness * inwards, 0.0)
+        if unbalanced is not None:
+            held = np.einsum("ij,ij->i", self.pairs.normals, self.pairs.at(unbalanced))
+            held /= np.einsum("ck,ck->c", self.pairs.weights, self.pairs.weights)
+            push = np.where(presses, np.maximum(push + held, 0.0) + mass * np.maximum(filtered, 0.0), 0.0)
         caught = ~presses & (inwards < 0)
         push[caught] = (mass * filtered)[caught]
         return push, -self.grip[:, None] * across
