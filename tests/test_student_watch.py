@@ -153,10 +153,10 @@ def test_an_endless_loop_ends_at_its_deadline_and_workers_are_renewed(tmp_path, 
             assert checker._worker is not before
         save(folder, "kinetic_energy.py", STUB, "x = area\n    while x > 0:\n        x += 1.0\n    return x")
         hurried = replace(
-            found, table=replace(found.table, grading=replace(found.table.grading, deadline=4.0))
+            found, table=replace(found.table, grading=replace(found.table.grading, deadline=8.0))
         )
         reports = list(checker.check(hurried, ["mass_block", "phi"]))
-    assert "has not come to an end in 4 seconds" in reports[0].message
+    assert "has not come to an end in 8 seconds" in reports[0].message
     assert reports[1].status == checking.GREEN
 
 
