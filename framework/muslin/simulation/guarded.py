@@ -114,7 +114,12 @@ def step(model: Model, state: State, dt: float, whole: bool = False) -> State:
         v = newtons(model, IncrementalPotential(model, state, dt, touching, whole=True), WHOLE)
     else:
         v = linear(model, state, dt, known, touching)
-    following = _landed(model, state, dt, touching, v, lifted)
+    unbalanced = None
+    if (
+        touching and not whole and touching.pairs.velocities.any()
+    ):  # colliders do work: what they really push with
+        unbalanced = _unbalanced(IncrementalPotential(model, state, dt, touching), v)
+    following = _landed(model, state, dt, touching, v, lifted, None, unbalanced)
     if not np.isfinite(following.x).all():  # somebody's function: there is nothing to guard any more
         return following
     if _excess(model, state, before, following) > 0:
@@ -140,8 +145,7 @@ def _better(
         presses = unbalanced = None
         if touching:
             presses = touching.pressing(v)
-            problem.value(v)
-            unbalanced = problem.gradient()[0].reshape(-1, 3)
+            unbalanced = _unbalanced(problem, v)
         found.append(_landed(model, state, dt, touching, v.reshape(-1, 3), lifted, presses, unbalanced))
         return _excess(model, state, before, found[-1]) <= 0
 
@@ -159,6 +163,12 @@ def _better(
             break
         v = problem.shorter(v)
     return found[-1]
+
+
+def _unbalanced(problem: IncrementalPotential, v: np.ndarray) -> np.ndarray:
+    """Impulses (n, 3) that are left over at velocities v: what a step's system says of them is not all there is."""
+    problem.value(v.ravel())
+    return problem.gradient()[0].reshape(-1, 3)
 
 
 def _lift(model: Model, state: State, dt: float, touching: Touching) -> np.ndarray:
