@@ -73,7 +73,6 @@ class _Apart:
             model.add(touching, touching.presses, None)
         diagonal = (body.mass_data + dt**2 * body.stiffness_here(model.project))[body.pattern.diagonal]
         self._loose = np.repeat(1.0 / diagonal.reshape(len(state.x), -1).max(axis=1), 3)
-        self._free = ~model.system.pinned
         self._pairs: Near | None = None
         self._impulses: np.ndarray = np.zeros(0)
         model.system.solve(np.zeros_like(state.x))  # factorises
@@ -96,7 +95,7 @@ class _Apart:
         """The goal, but for what would meet, (n, 3)."""
         n = len(here)
         if self._pairs is None or not len(self._pairs):
-            pairs, start = met, np.asarray(np.zeros(len(met)))
+            pairs, start = met, np.zeros(len(met))
         else:
             pairs = self._pairs.joined(met)
             start = np.concatenate([self._impulses, np.zeros(len(pairs) - len(self._impulses))])
