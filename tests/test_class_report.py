@@ -178,6 +178,8 @@ def test_a_bonus_counts_and_is_said_and_a_comment_changes_no_score(tmp_path):
 
 
 def test_a_table_without_the_columns_is_refused(tmp_path):
+    with pytest.raises(MuslinError, match="no column score and no reason"):
+        by_hand(tmp_path, "student,task,points\n")
     with pytest.raises(MuslinError, match="no column reason"):
         by_hand(tmp_path, "student,task,score\n")
 

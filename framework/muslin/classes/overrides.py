@@ -69,7 +69,7 @@ def read(
     header = [cell.strip().lower() for cell in lines[0]] if lines else []
     if missing := [column for column in COLUMNS if column not in header]:
         raise MuslinError(
-            f"The overrides {paths.shown(path)} have no column {', '.join(missing)}.",
+            f"The overrides {paths.shown(path)} have no column {' and no '.join(missing)}.",
             f"Its first line should be: {','.join(COLUMNS)}",
         )
     meant = names(submissions)
