@@ -260,6 +260,20 @@ def test_a_missing_or_damaged_file_of_slips_costs_names_only(monkeypatch, tmp_pa
     slips.load.cache_clear()
 
 
+def test_slips_of_roads_whose_lines_say_nothing_can_be_asked_about_some_of_the_cases(monkeypatch, tmp_path):
+    """Those of a variant's own energy: its solution has no comments."""
+    monkeypatch.setattr(paths, "slips", lambda assignment: tmp_path)
+    made = np.arange(8.0)
+    slips.Slips.of([(("sign: s", "A sign.", "Look."), [made])]).save(tmp_path / "silent.npz")
+    slips.load.cache_clear()
+    found = slips.load("cloth", "silent")
+    some = found.at(made > 2)
+    assert not len(some.places)
+    assert np.array_equal(some.prints[0, 0], made[3:])
+    assert found.place(made) == ""
+    slips.load.cache_clear()
+
+
 def test_the_words_of_slips_give_no_formula_away():
     lines = set()
     for file in tasks.assignment("cloth").files:

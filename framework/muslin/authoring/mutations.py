@@ -146,8 +146,8 @@ def make(assignment: str, name: str) -> slips.Slips:
     places = list(_places(assignment, task, inputs))
     return replace(
         made_slips,
-        places=np.array([words for words, _ in places]),
-        marks=np.array([mark for _, mark in places], dtype=np.float32),
+        places=np.array([words for words, _ in places], dtype=str),
+        marks=np.array([mark for _, mark in places], dtype=np.float32).reshape(len(places), len(cases)),
     )
 
 
