@@ -257,9 +257,44 @@ def test_a_step_that_is_not_solved_to_its_end_pushes_with_what_a_vertex_has_got(
         gaps=np.zeros(1), velocities=still, hit=np.ones(1, bool),
     )  # fmt: skip
     touching = Touching(pairs, Pressed(), 0.01, stiffness)
+    got = mass * (still - down)
     for left in (1.0, 0.5, 0.1):
         solved = left * down
-        unbalanced = mass * (solved - down) + touching.gradient(solved.ravel()).reshape(-1, 3)
         presses = touching.pressing(solved.ravel())
-        push, _ = touching.impulses(solved, still, presses, np.array([mass]), unbalanced)
+        push, _ = touching.impulses(solved, still, presses, np.array([mass]), got)
         assert push[0] == pytest.approx(mass, rel=1e-9)
+
+
+def contradicting(lever: float) -> tuple[Pairs, np.ndarray]:
+    """A corner and a point of its triangle, `lever` off it, over a floor that is 0.01 m/s faster at one than the other."""
+    up = np.tile([0.0, 1.0, 0.0], (2, 1))
+    weights = np.array([[1.0, 0.0, 0.0], [1 - lever, lever, 0.0]])
+    return Pairs(
+        key=np.arange(2), corners=np.array([[0, 0, 0], [0, 1, 2]]), weights=weights, normals=up,
+        gaps=np.zeros(2), velocities=[[0.01], [0.0]] * up, hit=np.ones(2, bool),
+    ), up  # fmt: skip
+
+
+@pytest.mark.parametrize("lever", [0.01, 0.1, 0.5])
+def test_what_two_points_of_a_triangle_give_is_no_more_than_its_vertices_got(lever):
+    """Held fast at both, the far corner is thrown; taken by itself each point would say it gave more than there is."""
+    pairs, up = contradicting(lever)
+    touching = Touching(pairs, Pressed(), 0.01, 1e5)
+    got = np.array([[0.0, 0.3, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.0]])
+    solved = np.array([[0.0, 0.01, 0.0], [0.0, -0.01 * (1 - lever) / lever, 0.0], [0.0, 0.0, 0.0]])
+    push, _ = touching.impulses(solved, solved, np.ones(2, bool), np.full(2, 0.1), got)
+    assert (push >= 0).all()
+    given = touching.spread(push[:, None] * up, 3)
+    assert given.sum() <= 1.01 * got.sum()
+    assert np.abs(given - got).sum() <= np.abs(got).sum()
+
+
+def test_contacts_that_would_pull_are_let_go_where_points_of_triangles_hold_against_each_other():
+    pairs, _ = contradicting(0.05)
+    touching = Touching(pairs, Pressed(), 0.01, 1e5)
+    rising = np.array(
+        [[0.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 0.0]]
+    )  # off the floor, but for the corner
+    assert touching.release(rising.ravel())
+    assert touching.presses.tolist() == [True, False]
+    assert not touching.release(rising.ravel())

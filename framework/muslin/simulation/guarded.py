@@ -28,6 +28,9 @@ FORCE, EASE, PARTS = 10.0, 0.1, 16
 #: Iterations of Newton's method for a step that would add to the energy, and how often what they find is halved.
 ITERATIONS, SHORTER = 20, 30
 
+#: How often a step's system is solved again without contacts that would pull.
+RELEASES = 4
+
 #: Iterations of Newton's method for a whole step, and how often it is halved where they do not do.
 WHOLE, HALVES = 300, 6
 
@@ -114,6 +117,11 @@ def step(model: Model, state: State, dt: float, whole: bool = False) -> State:
         v = newtons(model, IncrementalPotential(model, state, dt, touching, whole=True), WHOLE)
     else:
         v = linear(model, state, dt, known, touching)
+        for _ in range(RELEASES):
+            if not (touching and touching.release(v.ravel())):
+                break
+            model.body.update(state.x)
+            v = linear(model, state, dt, known, touching)
     unbalanced = None
     if (
         touching and not whole and touching.pairs.velocities.any()
@@ -158,6 +166,10 @@ def _better(
     v = v.ravel()
     with contextlib.suppress(SimulationError):
         v = newton.minimise(problem, v, model.tolerance, enough)
+    if touching and touching.pairs.velocities.any() and not landed(v):
+        # half of a velocity is no way out where colliders carry the body along
+        with contextlib.suppress(SimulationError):
+            v = newtons(model, IncrementalPotential(model, state, dt, touching, whole=True), WHOLE).ravel()
     for _ in range(SHORTER):
         if landed(v):
             break
@@ -233,7 +245,11 @@ def _landed(
     if touching:
         presses = touching.presses if presses is None else presses
         mass = np.einsum("ck,ck->c", touching.pairs.weights, model.lumped[touching.pairs.corners])
-        push, rub = touching.impulses(solved, v, presses, mass, unbalanced)
+        got = None
+        if unbalanced is not None:
+            left = unbalanced - touching.gradient(solved.ravel()).reshape(-1, 3)
+            got = left + model.lumped[:, None] * (v - solved)
+        push, rub = touching.impulses(solved, v, presses, mass, got)
         pressed = touching.after(push, rub, v, mass)
         contacts = touching.contacts(push > 0, count)
         work += touching.work(push, rub)

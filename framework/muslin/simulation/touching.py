@@ -18,15 +18,24 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 
 import numpy as np
+import scipy.sparse as sp
 
 from muslin.physics.colliders import Contacts
 from muslin.physics.meeting import Pairs
+from muslin.solve import nonnegative
 
 #: How much harder a contact is than the hardest vertex of the body in this step.
 HARDER = 1e6
 
 #: Depths [m] that are no more than the rounding of a turning collider's way: they are left with the velocity.
 SHALLOW = 1e-5
+
+#: Of the search for what pairs push with that have vertices in common: how exact it is, how much each gives way, and
+#: its steps at most.
+EXACT, COMPLIANCE, ROUNDS = 1e-3, 1e-6, 100
+
+#: Share of what pushes from which on it matters that others pull.
+PULLED = 0.1
 
 #: How fast [m/s] penetration is taken back at most.
 LIFTED = 1.0
@@ -153,6 +162,20 @@ class Touching:
         """Which pairs press at velocities (3n,), (c,) bool."""
         return self._along(v)[1] < 0
 
+    def release(self, v: np.ndarray) -> bool:
+        """Expect those no longer to press that pull at velocities (3n,), if that is a large part of what pushes.
+
+        Only where points of triangles are among them. Two of these and a corner may contradict each other by little,
+        and where both hold fast a third corner far off has to make up for it, with that little over its small weight.
+        """
+        if self.pairs.corners.shape[1] == 1:
+            return False
+        push = np.where(self.presses, -self.stiffness * self._along(v)[1], 0.0)
+        if -push[push < 0].sum() <= PULLED * push[push > 0].sum():
+            return False
+        self.presses = self.presses & (push >= 0)
+        return True
+
     def blocks(self, presses: np.ndarray) -> np.ndarray:
         """Hessian of what each pair adds, in its point, (c, 3, 3) [kg], where these press."""
         n = self.pairs.normals
@@ -180,23 +203,56 @@ class Touching:
         v: np.ndarray,
         presses: np.ndarray,
         mass: np.ndarray,
-        unbalanced: np.ndarray | None = None,
+        got: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Normal impulses (c,) and those of friction (c, 3) [N s]: of the system solved, and of the filter after it.
 
-        `unbalanced` is the gradient (n, 3) that is left where the system was not solved to its end [N s]: what a pair
-        would push with there, nothing holds against, and it did not.
+        `got` are the impulses (n, 3) that the vertices have really got from contact, where that is not what the system
+        says, since it was not solved to its end: what a pair would push with there, nothing holds against.
         """
         _, inwards, across = self._along(solved)
         filtered = np.einsum("ij,ij->i", self.pairs.normals, self.pairs.at(v - solved))
-        push = np.where(presses, -self.stiffness * inwards, 0.0)
-        if unbalanced is not None:
-            held = np.einsum("ij,ij->i", self.pairs.normals, self.pairs.at(unbalanced))
-            held /= np.einsum("ck,ck->c", self.pairs.weights, self.pairs.weights)
-            push = np.where(presses, np.maximum(push + held, 0.0) + mass * np.maximum(filtered, 0.0), 0.0)
+        rub = -self.grip[:, None] * across
+        if got is None:
+            push = np.where(presses, -self.stiffness * inwards, 0.0)
+        else:
+            across = (
+                self.pairs.at(got) / np.einsum("ck,ck->c", self.pairs.weights, self.pairs.weights)[:, None]
+            )
+            across -= np.einsum("ij,ij->i", self.pairs.normals, across)[:, None] * self.pairs.normals
+            size = np.maximum(np.linalg.norm(rub, axis=1), 1e-300)
+            rub = rub * np.minimum(np.linalg.norm(across, axis=1) / size, 1.0)[:, None]
+            push = self._shared(got - self.spread(rub, len(got)), presses)
         caught = ~presses & (inwards < 0)
         push[caught] = (mass * filtered)[caught]
-        return push, -self.grip[:, None] * across
+        return push, rub
+
+    def _shared(self, got: np.ndarray, presses: np.ndarray) -> np.ndarray:
+        """Impulses (c,) of pairs that press, none of which pulls, nearest to what vertices got, (n, 3) [N s].
+
+        Each pair takes its own where no two have a vertex in common. Points of triangles do, and what one of them
+        pushes with on a long lever another takes back: taken one by one they could be any size.
+        """
+        which = np.flatnonzero(presses)
+        corners, weights = self.pairs.corners[which], self.pairs.weights[which]
+        normals, push = self.pairs.normals[which], np.zeros(len(presses))
+        own = np.einsum("ck,ck->c", weights, weights)
+        wanted = np.einsum("ij,ij->i", normals, np.einsum("ck,cki->ci", weights, got[corners]))
+        found = np.maximum(wanted / own, 0.0)
+        if len(np.unique(there := corners[weights > 0])) < len(there):
+            rows = np.repeat(np.arange(len(which)), 3 * weights.shape[1])
+            columns = 3 * corners[:, :, None] + np.arange(3)
+            entries = weights[:, :, None] * normals[:, None, :]
+            J = sp.csr_matrix((entries.ravel(), (rows, columns.ravel())), shape=(len(which), got.size))
+            root = 1 / np.sqrt(own)
+            enough = np.full(len(which), EXACT * float(np.abs(root * wanted).max()))
+
+            def times(y: np.ndarray) -> np.ndarray:
+                return np.asarray(root * (J @ ((root * y) @ J)) + COMPLIANCE * y)
+
+            found = root * nonnegative.minimise(times, -root * wanted, 0.0 * root, enough, ROUNDS)
+        push[which] = found
+        return push
 
     def work(self, push: np.ndarray, rub: np.ndarray) -> float:
         """What moving colliders do, by these impulses [J]."""
