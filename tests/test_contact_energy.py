@@ -266,7 +266,7 @@ def test_a_step_that_is_not_solved_to_its_end_pushes_with_what_a_vertex_has_got(
 
 
 def contradicting(lever: float) -> tuple[Pairs, np.ndarray]:
-    """A corner and a point of its triangle, `lever` off it, over a floor that is 0.01 m/s faster at one than the other."""
+    """A corner and a point of its triangle, `lever` off it, where the floor is slower by 0.01 m/s."""
     up = np.tile([0.0, 1.0, 0.0], (2, 1))
     weights = np.array([[1.0, 0.0, 0.0], [1 - lever, lever, 0.0]])
     return Pairs(

@@ -135,7 +135,9 @@ def load(assignment: str, task: str) -> Slips | None:
         with np.load(paths.slips(assignment) / f"{task}.npz", allow_pickle=False) as data:
             words, places = (data[name].tobytes().decode().split("\n") for name in ("words", "places"))
             named = np.array([place for place in places if place], dtype=str)
-            marks = data["marks"].reshape(len(named), data["prints"].shape[2])  # none of roads without comments
+            marks = data["marks"].reshape(
+                len(named), data["prints"].shape[2]
+            )  # none of roads without comments
             return Slips(np.array(words).reshape(-1, 3), data["prints"], named, marks)
     except (OSError, ValueError, KeyError, zipfile.BadZipFile):  # the diagnosis does without
         return None

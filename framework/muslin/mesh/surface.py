@@ -154,10 +154,12 @@ def area_and_normal(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.nda
     normal : (m, 3) float64
         (x1 - x0) x (x2 - x0), normalised; zero where the triangle has collapsed.
     """
-    x0, x1, x2 = np.moveaxis(np.asarray(vertices, dtype=np.float64)[triangles], 1, 0)
-    n = np.cross(x1 - x0, x2 - x0)
-    length = np.linalg.norm(n, axis=1)
-    return length / 2, n / np.where(length > 0, length, 1.0)[:, None]
+    x = np.ascontiguousarray(np.asarray(vertices, dtype=np.float64).T)
+    x0, x1, x2 = (x[:, corner] for corner in np.asarray(triangles).T)
+    a, b = x1 - x0, x2 - x0
+    n = np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+    length = np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)
+    return length / 2, np.ascontiguousarray((n / np.where(length > 0, length, 1.0)).T)
 
 
 def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:

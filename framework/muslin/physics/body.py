@@ -86,14 +86,18 @@ class Body:
         sheet = np.array_equal(self.surface, cells)
         self._skin: Gather = self.pattern if sheet else Gather(self.surface, len(X))
         self.mass_factor = self.pattern.blocks(mass)
-        self.mass_data = np.zeros(self.pattern.nnz)
-        layout = self.pattern.layout
-        for a in range(3):
-            self.mass_data[layout.start + a * (layout.stride + 1)] = self.mass_factor
         self._sum: Any = None
         self._sizes: Any = None
         self._factors: np.ndarray | None = None
         self._moving: Any = None
+
+    @functools.cached_property
+    def mass_data(self) -> np.ndarray:
+        """Data array (nnz,) of the mass matrix on `pattern` [kg]."""
+        data, layout = np.zeros(self.pattern.nnz), self.pattern.layout
+        for a in range(3):
+            data[layout.start + a * (layout.stride + 1)] = self.mass_factor
+        return data
 
     @functools.cached_property
     def mass(self) -> sp.csr_matrix:

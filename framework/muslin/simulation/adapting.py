@@ -87,7 +87,7 @@ class Adapter:
         self.model, self.refined = model, Refinement.of(mesh)
         self.log: list[tuple[float, ...]] = []
         self._undeformed = self.refined, mesh.vertices
-        self._weighed: tuple[Any, Sheet] = None, Sheet(mesh.triangles, np.zeros(0))
+        self._weighed: tuple[Any, Sheet, float] = None, Sheet(mesh.triangles, np.zeros(0)), 0.0
         self._resumed = refined is not None
         if refined is not None:
             self.refined, self.log = refined
@@ -234,8 +234,8 @@ class Adapter:
     def _sheet(self) -> Sheet:
         if self._weighed[0] is not self.refined:
             area = area_and_normal(self._rest(), self.refined.triangles)[0]
-            sheet = Sheet(self.refined.triangles, self._mass / float(area.sum()) * area)
-            self._weighed = self.refined, sheet
+            whole = float(area.sum())
+            self._weighed = self.refined, Sheet(self.refined.triangles, self._mass / whole * area), whole
         return self._weighed[1]
 
     def _free(self, mesh: Refinement) -> np.ndarray:
@@ -249,7 +249,8 @@ class Adapter:
         if numbers is not None:
             numbers = np.concatenate([numbers, numbers[-1] + 1 + np.arange(mesh.added)])
         rest = frozen(X, mesh.triangles, begun.name, (), numbers)
-        area = float(area_and_normal(X, mesh.triangles)[0].sum())
+        self._sheet()
+        area = self._weighed[2]
         factor = self._area / area if abs(area / self._area - 1) > 1e-12 else 1.0
         pinned = np.flatnonzero(mesh.all_of(self._pinned))
         self.model = self._build(

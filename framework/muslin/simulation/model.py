@@ -5,6 +5,7 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,11 +21,15 @@ from muslin.physics.colliders import (
     Filter,
     detect,
 )
+from muslin.physics.elements.layout import Layout
 from muslin.physics.meeting import Pairs, meet
 from muslin.physics.selfcontact import SelfContact
 from muslin.simulation.air import Air
 from muslin.simulation.touching import HARDER, Pressed, Touching
 from muslin.solve.solvers import System
+
+if TYPE_CHECKING:
+    from muslin.physics.elements.pattern import Assembly
 
 
 @dataclass(frozen=True)
@@ -139,6 +144,7 @@ class Model:
         self._assemble = body.assembly(self.system.layout, self.system.data)
         self._couple = body.assembly(self.system.coupling)
         self._impulse = body.impulse(self.damping)
+        self._diagonal: Assembly | None = None
         touchable = np.zeros(n, dtype=bool)
         touchable[body.surface.ravel()] = True
         touchable &= ~pinned
@@ -149,8 +155,9 @@ class Model:
             self._detect = Detection(functions.sphere_contact, n)
         if functions := body.roles.calling(NEEDS["response"]):
             self.filter = Response(functions.filter_velocity, n)
-        edges = body.X[body.surface] - body.X[np.roll(body.surface, 1, axis=1)]
-        self._longest = float(np.sqrt(np.einsum("tki,tki->tk", edges, edges).max(initial=0.0)))
+        x = np.ascontiguousarray(body.X.T)[:, body.surface.T]
+        squares = ((x - x[:, [2, 0, 1]]) ** 2).sum(axis=0)
+        self._longest = float(np.sqrt(squares.max(initial=0.0)))
         #: of each vertex [kg]
         self.lumped = np.bincount(body.pattern.layout.row, body.mass_factor, n)
         #: the state that the body has been updated to, and all prepared for
@@ -284,9 +291,15 @@ class Model:
         pairs = self.pairs(state, dt)
         if not len(pairs):
             return None
-        body = self.body
-        hardest = (body.mass_data + dt**2 * body.stiffness_here(self.project))[body.pattern.diagonal].max()
-        return Touching(pairs, state.pressed, dt, HARDER * float(hardest), self.friction)
+        return Touching(pairs, state.pressed, dt, HARDER * float(self.diagonal(dt).max()), self.friction)
+
+    def diagonal(self, dt: float) -> np.ndarray:
+        """Diagonal of M + dt^2 K where the body has been updated to, (n, 3) [kg]; nothing else is assembled."""
+        if self._diagonal is None:
+            every = np.arange(len(self.body.X))
+            self._diagonal = self.body.assembly(Layout.csr(every, every, len(every)))
+        self.body.prepare("hessian", project=self.project)
+        return self._diagonal(dt**2).reshape(-1, 9)[:, ::4]
 
     def pairs(self, state: State, dt: float) -> Pairs:
         """Pairs of colliders, where they are at the end of a step of dt [s], and what may meet them."""

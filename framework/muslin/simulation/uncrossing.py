@@ -71,8 +71,7 @@ class _Apart:
         model.assemble(dt)
         if model.contact == "solve" and (touching := model.touching(state, dt)):
             model.add(touching, touching.presses, None)
-        diagonal = (body.mass_data + dt**2 * body.stiffness_here(model.project))[body.pattern.diagonal]
-        self._loose = np.repeat(1.0 / diagonal.reshape(len(state.x), -1).max(axis=1), 3)
+        self._loose = np.repeat(1.0 / model.diagonal(dt).max(axis=1), 3)
         self._pairs: Near | None = None
         self._impulses: np.ndarray = np.zeros(0)
         model.system.solve(np.zeros_like(state.x))  # factorises

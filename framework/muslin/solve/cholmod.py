@@ -79,14 +79,16 @@ def _library() -> Any:
     if spec is None or spec.origin is None or ctypes.sizeof(ctypes.c_void_p) != 8:
         return None
     libraries = Path(spec.origin).parent.parent / "cvxopt.libs"
-    found = [glob.glob(str(libraries / name)) for name in ("libcholmod-*.so.3.*", "libopenblas-*.so")]
+    names = ("libcholmod-*.so.3.*", "libopenblas-*.so", "libamd-*.so.2.*")
+    found = [glob.glob(str(libraries / name)) for name in names]
     if any(len(paths) != 1 for paths in found):
         return None
     try:
         import cvxopt.cholmod  # noqa: F401  (loads what the library needs)
 
-        library, blas = (ctypes.CDLL(paths[0]) for paths in found)
+        library, blas, amd = (ctypes.CDLL(paths[0]) for paths in found)
         library.kernels = blas  # type: ignore[attr-defined]
+        library.minimum_degree = amd.amd_order  # type: ignore[attr-defined]
         # One thread's BLAS: NumPy's and SciPy's own spin while they wait for their threads.
         library.blas = {  # type: ignore[attr-defined]
             name: getattr(blas, name + "_") for name in ("dlauum", "dpotrf", "dpotrs", "dtrmv")
@@ -130,6 +132,15 @@ def analysed(indptr: np.ndarray, indices: np.ndarray) -> tuple[np.ndarray, float
     """
     domain = Domain(indptr, indices, np.zeros(1), postorder=True)
     return domain.order, domain.flops
+
+
+def minimum_degree(indptr: np.ndarray, indices: np.ndarray) -> np.ndarray:
+    """Order of elimination by (approximate) minimum degree of a symmetric pattern: CSR, int32."""
+    order = np.empty(len(indptr) - 1, dtype=np.int32)
+    address = [ctypes.c_void_p(array.ctypes.data) for array in (indptr, indices, order)]
+    if _library().minimum_degree(len(order), *address, None, None) < 0:
+        raise MemoryError("AMD cannot order the matrix")
+    return order
 
 
 class NotDefinite(ArithmeticError):

@@ -154,12 +154,8 @@ def _triangle(graph: sp.csr_matrix, points: np.ndarray, part: np.ndarray, separa
 
 def _minimum_degree(graph: sp.csr_matrix, part: np.ndarray) -> np.ndarray:
     """Some vertices in an order of minimum degree."""
-    from cvxopt import amd, matrix, spmatrix
-
-    inner = graph[part][:, part].tocoo()
-    row, col = (matrix(np.asarray(places, dtype=np.int64)) for places in (inner.row, inner.col))
-    pattern = spmatrix(1.0, row, col, inner.shape)
-    return np.asarray(part[np.array(amd.order(pattern)).ravel()])
+    inner = graph[part][:, part]
+    return np.asarray(part[cholmod.minimum_degree(inner.indptr, inner.indices)])
 
 
 class _Direct:

@@ -115,17 +115,18 @@ class Bending:
         if self.element.factors is None:
             return None
         cells, entries = self.element.cells, self.element.factors.reshape(-1, 4, 4)
+        own = entries[:, range(4), range(4)]
+        one, two = np.triu_indices(4, 1)
         if self._outside is not None:
-            entries = entries.copy()
-            pull = entries[:, 2, 3].copy()
-            for corner in (2, 3):
-                entries[:, corner, corner] += pull
-        a, b = np.divmod(np.arange(16), 4)
-        if self._outside is not None:
-            kept = a + b != 5  # 2 and 3 are no neighbours
-            a, b = a[kept], b[kept]
-        where = pattern.find(cells[:, a].ravel(), cells[:, b].ravel())
-        return np.bincount(where, entries[:, a, b].ravel(), minlength=len(pattern.layout.row))
+            own[:, 2:] += entries[:, 2, 3, None]
+            one, two = one[:-1], two[:-1]  # 2 and 3 are no neighbours
+        count = len(pattern.layout.row)
+        where = pattern.find(cells[:, one].ravel(), cells[:, two].ravel())
+        found = np.bincount(where, entries[:, one, two].ravel(), count)
+        found += found[pattern.mirrored]
+        at = np.flatnonzero(pattern.layout.row == pattern.layout.col)
+        found[at] = np.bincount(cells.ravel(), own.ravel(), len(at))
+        return found
 
     def beyond(self, v: np.ndarray) -> np.ndarray | None:
         """What is too much in the pattern's matrix, times v: (n, 3), or None if nothing is."""

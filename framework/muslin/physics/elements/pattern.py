@@ -88,9 +88,18 @@ class Pattern(Gather):
         ptr, numbers = pointers(self.layout.row, n), np.arange(len(self._keys))
         self._numbers = sp.csr_matrix((numbers, self.layout.col.astype(np.int32), ptr), shape=(n, n))
         self.nnz = self.layout.size
-        diagonal = self.layout.row == self.layout.col
-        #: position in `data` of entry (3 i + a, 3 i + a), shape (n, 3)
-        self.diagonal = _diagonal(self.layout, diagonal)
+
+    @functools.cached_property
+    def diagonal(self) -> np.ndarray:
+        """Position in `data` of entry (3 i + a, 3 i + a), (n, 3)."""
+        own = self.layout.row == self.layout.col
+        start, stride = self.layout.start[own], self.layout.stride[own]
+        return np.stack([start + a * (stride + 1) for a in range(3)], axis=1)
+
+    @functools.cached_property
+    def mirrored(self) -> np.ndarray:
+        """Number of each block's transpose."""
+        return np.asarray(self._numbers.T.tocsr().data)
 
     @functools.cached_property
     def scalar(self) -> tuple[np.ndarray, np.ndarray]:
@@ -242,12 +251,6 @@ def _chosen(rows: np.ndarray, ptr: np.ndarray, blocks: np.ndarray) -> tuple[np.n
     begin = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
     position = np.arange(begin[-1]) + np.repeat(ptr[blocks] - begin[:-1], count)
     return begin, np.ascontiguousarray(rows[position])
-
-
-def _diagonal(layout: Layout, blocks: np.ndarray) -> np.ndarray:
-    """Positions of the three diagonal entries of each chosen block, (k, 3)."""
-    start, stride = layout.start[blocks], layout.stride[blocks]
-    return np.stack([start + a * (stride + 1) for a in range(3)], axis=1)
 
 
 class KineticEnergy:
