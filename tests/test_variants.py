@@ -1,13 +1,15 @@
 """Variants of an assignment: another energy, other parameters and conventions, and everything follows."""
 
 import re
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import muslin
 from muslin import tasks
-from muslin.authoring import mutations, variants
+from muslin.authoring import mistakes, mutations, variants
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.grading import laws, slips
@@ -16,6 +18,9 @@ from muslin.mesh import grid
 from muslin.tasks import wiring
 from muslin.tasks.batch import evaluate
 from muslin.tasks.comparing import compare
+
+sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
+import energies
 
 SEEDS = [f"autumn {k}" for k in range(40)]
 
@@ -163,6 +168,27 @@ def test_slips_in_the_formulas_of_a_variants_own_energy_are_named(course):
     e_0, e_1 = (s[:, 0] ** 2 - 1) / 2, (s[:, 1] ** 2 - 1) / 2
     wrong = mu * (e_0**2 + e_0**2) + lam / 2 * (e_0 + e_1) ** 2
     assert any(np.allclose(prints[0], slips.print_of(wrong), rtol=1e-6) for prints in made.prints)
+
+
+@pytest.mark.parametrize(("energy", "parameters"), [("linearised", "young"), ("mixed", "bulk")])
+def test_nearly_all_mistakes_in_a_variants_energy_are_named(
+    tables, tmp_path, monkeypatch, energy, parameters
+):
+    """Of the published energy in other parameters, and of an instructor's own; `benchmarks/variants.py` has all."""
+    monkeypatch.setenv(paths.COURSE, str(tmp_path))
+    own_energy(tmp_path, tables)
+    variant = f"{energy}-in-{parameters}"
+    list(variants.write("cloth", variant, "a seed", variants.Choice(energy, parameters, ()), data=False))
+    paths.reference(variant).mkdir(parents=True)
+    said = []
+    for name in ("psi", "dpsi_ds", "d2psi_ds2"):
+        np.savez(paths.reference(variant) / f"{name}.npz", **cases.make(variant, name, "public", 30))
+        mistakes.save(variant, name, mistakes.make(tasks.assignment(variant).tasks[name], variant))
+        list(mutations.build(variant, [name]))
+        said += [(name, *mistake) for mistake in energies.diagnosed(variant, name, 20)]
+    missed = [(name, what, text) for name, what, text, found in said if not energies.is_named(found)]
+    assert len(said) > 50
+    assert len(missed) <= 0.05 * len(said), missed
 
 
 def test_an_answer_in_a_variants_handout_is_what_its_solution_gives(course):

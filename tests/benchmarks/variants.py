@@ -2,7 +2,8 @@
 
 Each is drawn, written, released, its cases made; its own solution, its stubs and the published solution are graded; its
 functions simulate `drape`, whose picture is drawn. With --mistakes also what known mistakes make of the cases is made
-(minutes), and the suite of misconceptions, carried over into the variant's convention, is shown to the diagnosis.
+(minutes), and the diagnosis is shown the suite of misconceptions, carried over into the variant's convention, and slips
+and wrong ideas in `psi`, `dpsi_ds` and `d2psi_ds2` of its energy (`misconceptions/energies.py`): named of all, of each.
 A table in Markdown comes out; it is in docs/integrity.md.
 """
 
@@ -16,7 +17,7 @@ import numpy as np
 
 import muslin
 from muslin import tasks
-from muslin.authoring import mistakes, reference_data, variants
+from muslin.authoring import mistakes, mutations, reference_data, variants
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.grading.diagnosis import diagnose
@@ -26,9 +27,13 @@ from muslin.tasks import wiring
 from muslin.tasks.batch import evaluate
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "misconceptions"))
+import energies
 import suite
 
 SEED = "autumn {}"
+
+#: Mistakes in each of the energy's three tasks that are drawn of those in `misconceptions/energies.py`.
+OF_ENERGY = 100
 
 
 def main(count: int, with_mistakes: bool) -> None:
@@ -58,6 +63,7 @@ def whole_way(
     reference_data.build(name)
     if with_mistakes:
         list(mistakes.build(name))
+        list(mutations.build(name))
     own = muslin.grade(paths.solution(name), name)
     stubs = muslin.grade(paths.assignment(name), name)
     published = muslin.grade(paths.solution("cloth"), name)
@@ -86,7 +92,7 @@ def named(name: str) -> str:
     """Share of the suite's mistakes, in this variant's convention, that the diagnosis names."""
     table, published = tasks.assignment(name), tasks.assignment("cloth")
     good = total = 0
-    energy = () if not table.energy else ("psi", "dpsi_ds", "d2psi_ds2")
+    energy = () if not table.energy else tuple(energies.WAYS["green"])
     for task in published.tasks:
         inputs, expected = reference.cases(name, task)
         for wrong in suite.written(published.tasks[task]):
@@ -107,7 +113,13 @@ def named(name: str) -> str:
             good += found is not None
             if found is None:
                 print(f"{name}: {task}: not named: {wrong.name}", file=sys.stderr, flush=True)
-    return f"{good} of {total}"
+    own = own_good = 0
+    for task in energies.WAYS["green"]:
+        for what, _, found in energies.diagnosed(name, task, OF_ENERGY):
+            own, own_good = own + 1, own_good + energies.is_named(found)
+            if not energies.is_named(found):
+                print(f"{name}: {task}: not named: {what}", file=sys.stderr, flush=True)
+    return f"{good} of {total}, {own_good} of {own}"
 
 
 if __name__ == "__main__":

@@ -33,7 +33,7 @@ from muslin.tasks.batch import evaluate
 #: Which of the variant's choices it has, beside its solution: for those who teach with it.
 RECORD = "variant.json"
 
-#: Where a variant's own energy is written down for `mutations`.
+#: Where the ways to write a variant's energy lie, for `mutations`.
 ROAD = mutations.ROADS / "strain_energy.py"
 
 #: Lines about constants of each student's own.
@@ -159,30 +159,49 @@ def files(tables: Tables, name: str, choice: Choice, salt: str = "") -> dict[str
         written[MANIFEST] += "\n".join(["", "[constants]", *lines, ""])
     for word in (f"`{base.name}-students.zip`", f"`{base.name}/`", f"muslin start {base.name} "):
         written[releasing.HANDOUT] = written[releasing.HANDOUT].replace(word, word.replace(base.name, name))
-    if choice.energy != tables.energies["published"]:
-        written[ROAD.as_posix()] = _road(written[ROAD.name], tables.energies["tasks"])
+    published = tables.energies["published"], tables.parameters["published"]
+    if (choice.energy, choice.parameters) != published:
+        written[ROAD.as_posix()] = _roads(tables, choice, written[ROAD.name])
     record = {"of": base.name, "energy": choice.energy, "parameters": choice.parameters}
     written[RECORD] = json.dumps({**record, "conventions": choice.conventions}, indent=2) + "\n"
     return {**texts, **{file: text.encode("utf-8") for file, text in written.items()}}
 
 
-def _road(solution: str, tasks: Iterable[str]) -> str:
-    """A variant's own answers about its energy, as a way to write them that slips are made of: see `mutations`.
+def _roads(tables: Tables, choice: Choice, solution: str) -> str:
+    """Ways to write a variant's energy, that slips are made of (see `mutations`): published ones, if it is that energy,
+    or else the variant's own answers; and these answers to arguments that are `mistaken` for others.
 
-    Constants of each student's own, which are 1 in it, are left out.
+    Constants of each student's own, which are 1 in them, are left out.
     """
-    source = Source(solution, ROAD.name)
-    pieces = [
-        f'"""The way in which {ROAD.name} has it; see muslin.authoring.mutations."""\n\nimport taichi as ti\n'
-    ]
-    for name in tasks:
+    entry = tables.parameters["parameters"][choice.parameters]
+    names, first = ", ".join(entry["names"]), entry.get("solution", "").lstrip("\n")
+    source, own, mistaken = Source(solution, ROAD.name), [], []
+    for name in tables.energies["tasks"]:
         function = source.functions[name].node
         body = source.lines[function.body[1].lineno - 1 : function.end_lineno]
-        lines = [line for line in body if not line.lstrip().startswith("#") and not CONSTANTS.search(line)]
-        pieces.append(
-            f"\n\ndef {name}({', '.join(argument.arg for argument in function.args.args)}):\n{''.join(lines)}"
+        lines = "".join(
+            line for line in body if not line.lstrip().startswith("#") and not CONSTANTS.search(line)
         )
-    return "".join(pieces)
+        own.append(f"def {name}(s, {names}):\n{lines}")
+        for wrong in tables.energies["mistaken"]:
+            head = f"def {name}__{wrong['what'].replace(' ', '_')}(s, {names}):\n"
+            said = f'    """{wrong["says"]}\n\n    {wrong["advice"]}\n    """\n'
+            line = wrong["line"].replace("@names@", names)
+            mistaken.append(f"{head}{said}{first}    {line}\n{lines.removeprefix(first)}")
+    if choice.energy != tables.energies["published"]:
+        above = f'"""The way in which {ROAD.name} has it; see muslin.authoring.mutations."""\n\nimport taichi as ti\n'
+        return "\n\n".join([above, *own, *mistaken])
+    return "\n\n".join([_published_roads(tables, names, first), *mistaken])
+
+
+def _published_roads(tables: Tables, names: str, first: str) -> str:
+    """The published ways to write the energy, each after the line that makes mu and lam of a variant's parameters."""
+    heads = re.compile(
+        rf"(def (?:{'|'.join(tables.energies['tasks'])})(?:__\w+)?)\(s, mu, lam\):\n"
+        r'(    """(?s:.*?)"""\n)?'
+    )
+    text = (tables.source / ROAD).read_text(encoding="utf-8")
+    return heads.sub(lambda m: f"{m[1]}(s, {names}):\n{m[2] or ''}{first}", text)
 
 
 def chosen(name: str) -> Choice | None:

@@ -4,6 +4,18 @@ def _neo(s: Vector, mu: Any, k: Any, change: Any) -> Any:
 
 WRONG = (
     (
+        "shape missing",
+        "The term with the difference of the stretches is missing.",
+        "Without it a cloth could be pulled long and narrow for nothing.",
+        lambda s, mu, lam: _neo(s, 0 * mu, lam + mu, s[0] * s[1] - 1),
+    ),
+    (
+        "area missing",
+        "The term with the change of area is missing.",
+        "Without it a cloth could be made larger for nothing.",
+        lambda s, mu, lam: _neo(s, mu, 0 * mu, 0 * mu),
+    ),
+    (
         "lam alone",
         "The change of area is weighed with lam alone, where lam + mu belongs.",
         "Compare the two terms for small strains with the linearised energy.",
