@@ -2,7 +2,7 @@
 
 Where it is known what an expression would have to be (`muslin.grading.needs`), thousands of others are tried in one
 sweep of NumPy, with no text worked out: all sums, products, lengths, entries, outer products ... of the symbols that
-are known in that line, and all pairs of those. What is said is what kind of thing belongs there, not how it is written.
+are known in that line, and all pairs of those. What is said is what kind of thing belongs there and, where that is short, how it is written.
 """
 
 from __future__ import annotations
@@ -12,18 +12,26 @@ import itertools
 import re
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from functools import partial
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from muslin.grading.needs import IMPOSSIBLE, Slope, Target
 from muslin.reading.arithmetic import METHODS
-from muslin.reading.repairs.pieces import Form
+from muslin.reading.repairs.pieces import Form, Repair, code, text_of
+
+if TYPE_CHECKING:
+    from muslin.grading.repairing import Search
 
 #: Most symbols of a kind, most made of one operation, most of those that are multiplied, longest side of a matrix.
 SYMBOLS, MADE, FACTORS, SIDE = 12, 160, 80, 4
 
 #: Nodes in whose place something is looked for, at most.
 PLACES = 24
+
+#: Most of what fits in a place that is worked out to the end; longest of it that is shown [characters].
+MOST_MADE, SHOWN = 6, 40
 
 #: Whether values, (n, b, ...), fit in a place: (n,) of bool.
 Fits = Callable[[np.ndarray], np.ndarray]
@@ -301,3 +309,42 @@ def _names(*texts: str) -> str:
     ]
     *most, last = dict.fromkeys(names)
     return f"{', '.join(most)} and {last}" if most else last
+
+
+def made(search: Search) -> Iterator[Repair]:
+    """What belongs in a place, made of the symbols known there with an operation or two."""
+    scope, kits = search.changes.scope, dict[tuple[str, ...], Kit]()
+    nodes = [n for n in ast.walk(search.meaning.node) if isinstance(n, ast.expr) and scope.counts(n)]
+    places = [
+        n for n in nodes if id(n) in search.meaning.here and isinstance(search.slope(n), (Slope, Target))
+    ]
+    for node in sorted(places, key=lambda n: len(text_of(n)))[:PLACES]:
+        form, symbols = scope.form(node), _symbols(search, node)
+        if form is None or isinstance(node, ast.Constant):
+            continue
+        known = tuple(symbols)
+        if known not in kits:
+            kits[known] = Kit(symbols)
+        fitting = kits[known].fitting(form, partial(search.fits, node))
+        for text, words in itertools.islice(fitting, MOST_MADE):
+            new = ast.parse(text, mode="eval").body
+            shown = f": `{text}`" if len(text) <= SHOWN else ""
+            said = f"{code(node)} stands where {words} belongs{shown}"
+            change = Repair("another", text, node.lineno, said, {id(node): new})
+            try:
+                if search.is_right(change):
+                    yield change
+            except IMPOSSIBLE:
+                continue
+
+
+def _symbols(search: Search, node: ast.AST) -> dict[str, np.ndarray]:
+    """Numbers, vectors and small matrices that have a name where a node stands."""
+    found = {}
+    for key, value in search.meaning.here[id(node)].items():
+        if key in search.changes.scope.loops or isinstance(value, (list, tuple)):
+            continue
+        array = np.asarray(value, dtype=np.float64)
+        if array.ndim and max(array.shape[1:], default=1) <= SIDE:
+            found[key] = np.broadcast_to(array, (search.meaning.count, *array.shape[1:]))[search.few]
+    return found

@@ -70,6 +70,11 @@ class Slope:
     rows: np.ndarray
     needed: np.ndarray
 
+    def off(self, values: np.ndarray, cases: Any = slice(None)) -> np.ndarray:
+        """How far other values are from these, where the results hang on them."""
+        with np.errstate(all="ignore"):
+            return np.where(np.abs(self.rows[cases]).max(axis=-2) > 0, values - self.value[cases], 0.0)
+
 
 @dataclass(frozen=True)
 class Spread:
@@ -239,10 +244,11 @@ class Needs:
     @cached_property
     def few(self) -> np.ndarray:
         """A few cases, by which most can be told not to fit: wrong ones."""
-        cases = np.flatnonzero(self.usable & self.wrong.any(axis=1))
+        wrong = self.wrong.any(axis=1)
+        cases = np.flatnonzero(self.usable & wrong if (self.usable & wrong).any() else wrong)
         return cases[:: -(-len(cases) // FEW) or 1]
 
-    def _fits(self, node: ast.AST, values: np.ndarray) -> np.ndarray:
+    def fits(self, node: ast.AST, values: np.ndarray) -> np.ndarray:
         """Which of many values in a few cases, (n, few, ...), would make them right in place of a node."""
         slope = self.slope(node)
         if isinstance(slope, (bool, Spread)) or (
@@ -254,11 +260,11 @@ class Needs:
         # First one number of one case: it tells nearly all that do not fit.
         first, weights = self.few[0], 1 + np.arange(self.asked.sum()) % 7 * 0.37
         way, far = weights @ slope.rows[first][self.asked], self.lacking[first, self.asked]
-        off = (values[:, 0].reshape(len(values), -1) - slope.value[first]) @ way - weights @ far
+        off = slope.off(values[:, 0].reshape(len(values), -1), first) @ way - weights @ far
         found: np.ndarray = np.abs(off) <= 10 * NEAR * (1 + weights @ np.abs(far))
         if not found.any():
             return found
-        moved = values[found].reshape(-1, len(self.few), slope.value.shape[1]) - slope.value[self.few]
+        moved = slope.off(values[found].reshape(-1, len(self.few), slope.value.shape[1]), self.few)
         rows, lacking = slope.rows[self.few][:, self.asked], self.lacking[self.few][:, self.asked]
         near = np.abs(np.einsum("bmp,nbp->nbm", rows, moved) - lacking) <= NEAR * (1 + np.abs(lacking))
         found[found] = near.all(axis=(1, 2))
@@ -297,7 +303,8 @@ class Needs:
             return True  # it is on one side or on the other: there is no way towards a number
         if id(node) in self._bent:
             return self._solved(node, flat) if not form else True
-        step = 0.37 * np.abs(flat).max(axis=1) + (np.abs(flat).max() or 1.0) * 1e-3
+        size = np.abs(np.where(np.isfinite(flat), flat, 0.0))  # a branch not taken may divide by zero
+        step = 0.37 * size.max(axis=1) + (size.max() or 1.0) * 1e-3
 
         def moved(by: np.ndarray) -> np.ndarray:
             new = Fixed((flat + by).reshape(value.shape))

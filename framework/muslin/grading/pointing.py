@@ -40,7 +40,7 @@ def pointed(search: Search) -> Repair | None:
             words = f"{code(node)} stands where {called} belongs"
             if _zero(node):
                 words = f"{code(node)}{scope.context(node)} is never changed, where {called} belongs"
-            return _repair("another", node, words, called)
+            return _repair("where" if _zero(node) else "another", node, words, called)
     for node in places:
         needed, asked = _needed(search, node)
         if needed is None or isinstance(node, ast.Name):

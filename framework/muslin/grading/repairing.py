@@ -14,15 +14,15 @@ import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
-from functools import partial
 from typing import Any
 
 import numpy as np
 
 from muslin.base.errors import MuslinError
-from muslin.grading.making import PLACES, SIDE, Kit
+from muslin.grading.making import made
 from muslin.grading.needs import IMPOSSIBLE, NEAR, Needs, Slope, Spread, Target
 from muslin.grading.pointing import Place, pointed
+from muslin.grading.rivals import likeliest
 from muslin.judging.reference import TOLERANCE
 from muslin.reading.meaning import Meaning, Unclear
 from muslin.reading.page import used
@@ -33,10 +33,10 @@ from muslin.reading.source import Source
 
 #: Most changes that are looked at; most that are worked out to the end, for all entries, for one of them alone, and
 #: where many passes of a loop are worked out at once.
-LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 1000, 250, 1200
+LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 1600, 250, 1500
 
 #: Most steps taken for one function: they bound the time, whatever the text is.
-SPENT = 400_000
+SPENT = 280_000
 
 #: Steps up to which the changes of a short function are so cheap that more may be tried, and how many times as many.
 CHEAP, OFTEN = 40_000, 4
@@ -44,11 +44,14 @@ CHEAP, OFTEN = 40_000, 4
 #: Share of that which changes of a symbol or two may cost, before larger ones are looked at.
 SMALL = 0.7
 
+#: Most changes that do as well as each other, and steps for which others are looked for where one is found.
+RIVALS, LONGER = 12, 120_000
+
+#: Share of the cases in which a quantity must be finite to be called by its name: elsewhere a branch is not taken.
+MOST_FINITE = 0.8
+
 #: Most entries of the results that are wrong where several slips are looked for.
 PARTS = 4
-
-#: Most of what fits in a place that is worked out to the end.
-MOST_MADE = 6
 
 #: Longest expression that is shown as it should be [characters].
 WHOLE = 40
@@ -158,7 +161,7 @@ class Search(Needs):
             raise Unclear
         mine = used(functions, name)
         super().__init__(Meaning({key: functions[key] for key in mine}, name, inputs), expected, scales)
-        self.right_values = expected[0]
+        self.expected, self.right_values = expected, expected[0]
         self.place = place
         self.changes = Changes(self.meaning, [functions[key] for key in mine[1:]], self._called())
         self._nodes = {id(n): n for f in self.changes.scope.functions for n in ast.walk(f)}
@@ -174,65 +177,30 @@ class Search(Needs):
         """The plainest change that makes all results right, or those entries that are asked for."""
         spare: Repair | None = None
         most = TRIED_IN_LOOPS if self.meaning.widened else TRIED if self.asked.all() else TRIED_APART
-        small = itertools.chain(self.changes.plain(), self._numbers())
+        small = itertools.chain(self.changes.unused(), self.changes.plain(), self._numbers())
         for changes, share in ((small, SMALL), (self.changes.larger(self._hope), 1.0)):
+            found: list[Repair] = []
+            since = 0
             for change in itertools.islice(changes, LOOKED):
                 try:
-                    if self._may_be(change) and self.is_right(change):
-                        if not self._idle(change):
-                            return self._told(change)
-                        spare = spare or change
+                    right = self._may_be(change) and self.is_right(change)
+                    if right and self._idle(change):
+                        spare, right = spare or change, False
                 except IMPOSSIBLE:
                     continue
                 spent = self.meaning.spent
+                if right:
+                    since = since or spent
+                    found.append(change)
                 often = self._tried > share * most * (1 if spent > CHEAP else OFTEN)
-                if often or spent > share * SPENT:
+                enough = found and (len(found) == RIVALS or spent - since > LONGER or not self.asked.all())
+                if enough or often or spent > share * SPENT:
                     break
+            if found:
+                return self._told(likeliest(self, found))
         if spare is None and self.asked.all():
-            spare = next(self._made(), None)
+            spare = next(made(self), None)
         return spare and self._told(spare)
-
-    def _made(self) -> Iterator[Repair]:
-        """What belongs in a place, made of the symbols known there with an operation or two."""
-        scope, kits = self.changes.scope, dict[tuple[str, ...], Kit]()
-        nodes = [n for n in ast.walk(self.meaning.node) if isinstance(n, ast.expr) and scope.counts(n)]
-        places = [
-            n for n in nodes if id(n) in self.meaning.here and isinstance(self.slope(n), (Slope, Target))
-        ]
-        for node in sorted(places, key=lambda n: len(text_of(n)))[:PLACES]:
-            form, symbols = scope.form(node), self._symbols(node)
-            if form is None or isinstance(node, ast.Constant):
-                continue
-            known = tuple(symbols)
-            if known not in kits:
-                kits[known] = Kit(symbols)
-            for text, words in itertools.islice(
-                kits[known].fitting(form, partial(self._fits, node)), MOST_MADE
-            ):
-                new = ast.parse(text, mode="eval").body
-                change = Repair(
-                    "another",
-                    text,
-                    node.lineno,
-                    f"{code(node)} stands where {words} belongs",
-                    {id(node): new},
-                )
-                try:
-                    if self.is_right(change):
-                        yield change
-                except IMPOSSIBLE:
-                    continue
-
-    def _symbols(self, node: ast.AST) -> dict[str, np.ndarray]:
-        """Numbers, vectors and small matrices that have a name where a node stands."""
-        found = {}
-        for key, value in self.meaning.here[id(node)].items():
-            if key in self.changes.scope.loops or isinstance(value, (list, tuple)):
-                continue
-            array = np.asarray(value, dtype=np.float64)
-            if array.ndim and max(array.shape[1:], default=1) <= SIDE:
-                found[key] = np.broadcast_to(array, (self.meaning.count, *array.shape[1:]))[self.few]
-        return found
 
     def _numbers(self) -> Iterator[Repair]:
         """Numbers of the text that would be right if they were another one, the same in all cases."""
@@ -254,7 +222,8 @@ class Search(Needs):
                 continue
             middle = float(np.median(needed[asked]))
             if (np.abs(needed[asked] - middle) <= NEAR * (abs(middle) + 1e-9)).all():
-                belongs = float(Fraction(middle).limit_denominator(360))
+                nearest = Fraction(middle).limit_denominator(360)
+                belongs = nearest.numerator if nearest.denominator == 1 else float(nearest)
                 words = f"the number {stands:g}{scope.context(node)} is wrong{ratio(stands, belongs)}"
                 yield Repair(
                     "number", f"{stands}->{belongs}", node.lineno, words, {id(node): number(belongs)}
@@ -333,14 +302,18 @@ class Search(Needs):
     def _called(self) -> dict[str, str]:
         """What the function's own variables are, as far as it is known."""
         last = self.meaning.before[-1]
-        named = {name: self._named(value) for name, value in last.items() if name not in self.meaning.inputs}
+        named = {name: self.named(value) for name, value in last.items() if name not in self.meaning.inputs}
         return {name: words for name, words in named.items() if words}
 
-    def _named(self, value: Any) -> str:
+    def named(self, value: Any) -> str:
+        """What a quantity is called that an expression comes to; empty if it is not known."""
         if isinstance(value, (list, tuple)) or not np.ndim(value):
             return ""
         array = np.asarray(value, dtype=np.float64)
-        return self.place(np.broadcast_to(array, (self.meaning.count, *array.shape[1:])))
+        finite = np.isfinite(array.reshape(len(array), -1)).all(axis=1)
+        if len(array) == 1 or finite.mean() < MOST_FINITE:
+            finite = np.ones(self.meaning.count, dtype=bool)
+        return self.place(np.broadcast_to(array, (self.meaning.count, *array.shape[1:])), finite)
 
     def _place(self, change: Repair) -> str:
         """What the smallest quantity is called in which something is changed."""
@@ -351,12 +324,12 @@ class Search(Needs):
             if isinstance(node, (ast.Name, ast.Constant, ast.Subscript)):
                 node = self.changes.scope.parent(node)
             while node is not None and not isinstance(node, ast.FunctionDef):
-                if words := self._named(self.meaning.seen.get(id(node), 0)):
+                if words := self.named(self.meaning.seen.get(id(node), 0)):
                     return words
                 outer = self.changes.scope.parent(node)
                 if isinstance(outer, ast.If) and outer.test is node:
                     value = getattr(outer.body[0], "value", None)
-                    words = self._named(self.meaning.seen.get(id(value), 0)) if value is not None else ""
+                    words = self.named(self.meaning.seen.get(id(value), 0)) if value is not None else ""
                     return f"the condition for {words}" if words else ""
                 node = outer
             return ""
@@ -388,5 +361,5 @@ class Search(Needs):
         if isinstance(slope, Target):
             return bool(self._meets(slope, made))
         value = np.broadcast_to(made.reshape(len(made), -1) if made.ndim else made, slope.value.shape)
-        reached = np.einsum("bmp,bp->bm", slope.rows, value - slope.value)
+        reached = np.einsum("bmp,bp->bm", slope.rows, slope.off(value))
         return self._near(reached)

@@ -314,7 +314,8 @@ class Meaning:
 
     def new_names(self) -> set[str]:
         """Names in what stands in place of something."""
-        return set().union(*(self.names(new) for new in self._over.values() if isinstance(new, ast.expr)))
+        parts = (new.test if isinstance(new, ast.If) else new for new in self._over.values())
+        return set().union(*(self.names(part) for part in parts if isinstance(part, ast.expr)))
 
     def assigned(self, statement: ast.AST) -> Names:
         """Variables a statement gives values to."""
@@ -326,10 +327,12 @@ class Meaning:
 
     def _if(self, statement: ast.If, env: dict[str, Any]) -> Any:
         holds = self.value(statement.test, env)
+        dirty = not self._clean(statement.test)
         if not isinstance(holds, np.ndarray):
+            if dirty:
+                self._dirty |= _assigned(statement)
             return self._run(statement.body if holds else statement.orelse, env)
         holds = np.broadcast_to(holds != 0, (self.count,))
-        dirty = not self._clean(statement.test)
         yes, no = dict(env), dict(env)
         wide = self.wide
         where = wide.where if wide is not None else holds

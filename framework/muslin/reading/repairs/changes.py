@@ -32,6 +32,8 @@ def _rank(repair: Repair) -> tuple[float, int, int]:
         kind = KINDS.index("another")  # a name read is taken for another sooner than a name written
     elif len(repair.changes) > 1 and repair.kind != "condition":
         kind += LESS_PLAIN
+    elif repair.detail.startswith("once, "):
+        kind = KINDS.index("lacks term")  # what a line is for that is no sum is told sooner
     elif repair.kind == "loop" and repair.detail != "=->-=":  # there are few of them
         kind = KINDS.index("operation") + 0.5
     elif repair.kind == "name" and not repair.detail[:1].isalpha():
@@ -68,15 +70,7 @@ class Changes:
             0 of a node in whose place no value makes the function right; the higher, the sooner it is looked at.
         """
         scope = self.scope
-        nodes = [
-            node
-            for function in scope.functions
-            for node in ast.walk(function)
-            if isinstance(node, ast.expr)
-            and scope.counts(node)
-            and scope.form(node) is not None
-            and not isinstance(node, (ast.Compare, ast.BoolOp))
-        ]
+        nodes = self._valued()
         hopes = {id(node): hope(node) for node in nodes}
         ways = (
             missing.units,
@@ -96,6 +90,25 @@ class Changes:
             if isinstance(statement, ast.Assign):
                 yield from statements.counterparts(scope, statement)
         yield from order.changes(scope)
+
+    def unused(self) -> Iterator[Repair]:
+        """Factors that are missing, of those that stand nowhere: they are few, and likely."""
+        for node in self._valued():
+            for kind, detail, words, new in missing.unused(self.scope, node):
+                yield Repair(kind, detail, node.lineno, words, {id(node): new})
+
+    def _valued(self) -> list[ast.expr]:
+        """Expressions that come to something else than yes or no."""
+        scope = self.scope
+        return [
+            node
+            for function in scope.functions
+            for node in ast.walk(function)
+            if isinstance(node, ast.expr)
+            and scope.counts(node)
+            and scope.form(node) is not None
+            and not isinstance(node, (ast.Compare, ast.BoolOp))
+        ]
 
     def _singles(self) -> Iterator[Repair]:
         for function in self.scope.functions:

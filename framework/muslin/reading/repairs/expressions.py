@@ -33,7 +33,7 @@ NUMBERS = (0, 1, 2, 3, 4, 6, 12, 24, 0.5, 0.25, 1e-6)
 #: Methods and functions that are easily taken for each other.
 GROUPS = (
     ("dot", "cross", "outer_product"),
-    ("norm", "norm_sqr"),
+    ("norm", "norm_sqr", "normalized"),
     ("rows", "cols"),
     ("max", "min"),
     ("transpose", "inverse"),
@@ -101,9 +101,9 @@ def _signs(scope: Scope, node: Any, form: Form | None) -> Found:
 
 
 def _names(scope: Scope, node: ast.Name, form: Form | None) -> Found:
-    here = scope.context(node)
+    here, counting = scope.context(node), scope.counting(node)
     for other, shape in scope.variables.items():
-        if other != node.id and shape == form:
+        if other != node.id and shape == form and (other not in scope.loops or other in counting):
             counts = "the index " if node.id in scope.loops and other in scope.loops else ""
             words = f"{counts}{scope.said(node.id)} stands in place of {scope.said(other)}{here}"
             yield "index" if counts else "name", f"{node.id}->{other}", words, name(other)
@@ -126,7 +126,7 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
             if k != value:
                 words = f"the index {value!r} stands in place of {k}{here}"
                 yield "index", f"{value!r}->{k}", words, ast.Constant(k)
-        for loop in sorted(scope.loops):
+        for loop in sorted(scope.counting(node)):
             words = f"the index {value!r} stands in place of {loop}{here}"
             yield "index", f"{value!r}->{loop}", words, name(loop)
         return
@@ -152,7 +152,7 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
     if isinstance(value, float) and value and 0 < abs(float(nearest) / value - 1) < 0.02:
         words = f"the number {value:g}{here} is rounded: write it as a fraction, with all its digits"
         yield "number", f"{value}->{nearest}", words, number(float(nearest))
-    for key in scope.named(()):
+    for key in scope.named(()) if value != idle and not (value == 1 and isinstance(outer, ast.BinOp)) else ():
         words = f"the number {value:g} stands in place of {scope.said(key)}{here}"
         kind = "condition" if isinstance(outer, ast.Compare) else "name"
         yield kind, f"{value}->{key}", words, name(key)
@@ -246,8 +246,9 @@ def _around(scope: Scope, node: ast.expr, form: Form) -> Found:
     """A method, a power, a guard that is missing around an expression."""
     inner, here, outer = scope.alias(node), code(node), scope.parent(node)
     if len(form) == 1:
-        words = f"{here} is not made of length one (normalised), and should be"
-        yield "length", "normalized", words, method(inner, "normalized")
+        if "normalize" not in text_of(node):
+            words = f"{here} is not made of length one (normalised), and should be"
+            yield "length", "normalized", words, method(inner, "normalized")
         for called in ("norm", "norm_sqr"):
             yield (
                 "length",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import ast
 import itertools
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from fractions import Fraction
 
 from muslin.reading.repairs import alike
@@ -25,8 +25,9 @@ from muslin.reading.repairs.scope import Scope
 #: Numbers that may be missing as a factor.
 FACTORS = (2, 3, 4, 6, 0.5, 0.25, 1 / 3, 1 / 6, 1 / 12)
 
-#: Nodes of a part that may be missing as a factor; longest text of a term that is shown [characters].
-SMALL, SHOWN = 8, 40
+#: Nodes of a part that may be missing as a factor; longest text of a term that is shown [characters]; longest row of a
+#: matrix whose entries may be missing.
+SMALL, SHOWN, LONGEST = 8, 40, 4
 
 
 def _fixed(scope: Scope, node: ast.expr) -> bool:
@@ -34,11 +35,37 @@ def _fixed(scope: Scope, node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) or isinstance(scope.parent(node), (ast.Subscript, ast.Slice))
 
 
-def factors(scope: Scope, node: ast.expr, form: Form) -> Found:
-    """A factor that is missing at an expression which is a term, an entry, or all of a line."""
+def _takes_a_factor(scope: Scope, node: ast.expr) -> bool:
+    """Whether an expression is a term, an entry, or all of a line."""
     outer = scope.parent(node)
     term = isinstance(outer, ast.BinOp) and isinstance(outer.op, (ast.Add, ast.Sub))
-    if _fixed(scope, node) or not (term or isinstance(outer, (ast.stmt, ast.List, ast.Tuple, ast.Call))):
+    return not _fixed(scope, node) and (term or isinstance(outer, (ast.stmt, ast.List, ast.Tuple, ast.Call)))
+
+
+def unused(scope: Scope, node: ast.expr) -> Found:
+    """A factor that is missing, of those that stand nowhere: numbers that are never used, entries never taken."""
+    if _takes_a_factor(scope, node):
+        idle = ((scope.said(key), name(key)) for key in scope.idle if scope.variables[key] == ())
+        yield from _numbered(scope, node, itertools.chain(idle, _entries(scope, node)))
+
+
+def _numbered(scope: Scope, node: ast.expr, parts: Iterable[tuple[str, ast.expr]]) -> Found:
+    """A factor or a divisor that is missing, of some."""
+    inner, here = scope.alias(node), code(node)
+    for text, part in parts:
+        yield (
+            "lacks factor",
+            f"*{text}{like(node)}",
+            f"a factor is missing at {here}: {text}",
+            times(inner, part),
+        )
+        words = f"a division is missing at {here}: by {text}"
+        yield "lacks factor", f"/{text}{like(node)}", words, ast.BinOp(inner, ast.Div(), part)
+
+
+def factors(scope: Scope, node: ast.expr, form: Form) -> Found:
+    """A factor that is missing at an expression which is a term, an entry, or all of a line."""
+    if not _takes_a_factor(scope, node):
         return
     inner, here = scope.alias(node), code(node)
     for value in FACTORS:
@@ -49,15 +76,7 @@ def factors(scope: Scope, node: ast.expr, form: Form) -> Found:
             f"a factor of {much} is missing at {here}",
             times(ast.Constant(value), inner),
         )
-    for text, part in _numbers(scope):
-        yield (
-            "lacks factor",
-            f"*{text}{like(node)}",
-            f"a factor is missing at {here}: {text}",
-            times(inner, part),
-        )
-        words = f"a division is missing at {here}: by {text}"
-        yield "lacks factor", f"/{text}{like(node)}", words, ast.BinOp(inner, ast.Div(), part)
+    yield from _numbered(scope, node, _numbers(scope))
     if form == ():
         for key in scope.vectors:
             words = f"{here} is a number where a vector belongs: the factor {scope.said(key)} is missing"
@@ -89,10 +108,30 @@ def _numbers(scope: Scope) -> Iterator[tuple[str, ast.expr]]:
         yield f"the squared length of {scope.said(key)}", method(name(key), "norm_sqr")
 
 
+def _entries(scope: Scope, node: ast.expr) -> Iterator[tuple[str, ast.expr]]:
+    """Entries that are taken nowhere yet: by the indices of the loops a node stands in, and of vectors by numbers."""
+    counting = [name(key) for key in sorted(set(scope.counting(node)))]
+    for key, shape in scope.variables.items():
+        if not 1 <= len(shape) <= 2 or max(shape) > LONGEST:
+            continue
+        indices: list[ast.expr] = [*counting] if len(shape) == 1 else []
+        if indices or any(text.startswith(f"{key}[") for text in scope.parts):
+            indices += map(ast.Constant, range(shape[0]))
+        if len(shape) == 2:
+            indices = [ast.Tuple(list(pair), ast.Load()) for pair in itertools.product(counting, repeat=2)]
+        for index in indices:
+            part = ast.Subscript(name(key), index, ast.Load())
+            if text_of(part) not in scope.parts:
+                yield f"`{text_of(part)}`", part
+
+
 def units(scope: Scope, node: ast.expr, form: Form) -> Found:
     """What is taken off, or added, that is the same for all: 1 or 2, or the identity."""
+    outer = scope.parent(node)
     if _fixed(scope, node) or (len(form) == 2 and form[0] != form[1]):
         return
+    if isinstance(outer, (ast.BinOp, ast.UnaryOp)) and isinstance(outer.op, (ast.Add, ast.Sub, ast.USub)):
+        return  # the sum as a whole is asked
     inner, here = scope.alias(node), code(node)
     numbers = (1, 2, 3) if len(terms(node)) > 1 else (1,)
     parts: list[tuple[str, ast.expr]] = [(f"the number {k}", ast.Constant(k)) for k in numbers]

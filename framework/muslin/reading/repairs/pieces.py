@@ -47,6 +47,8 @@ class Repair:
         What belongs there, where that has a name.
     more : tuple of Repair
         Other slips that come beside it.
+    instead : Repair, optional
+        Another change, which does as well in its place.
     """
 
     kind: str
@@ -57,12 +59,15 @@ class Repair:
     place: str = ""
     called: str = ""
     more: tuple[Repair, ...] = ()
+    instead: Repair | None = None
 
     @property
     def sentence(self) -> str:
         """All of it."""
         where = f", in {self.place}" if self.place else ""
         own = f"Line {self.line}{where}: {self.words}."
+        if self.instead is not None:
+            own += f" Or instead, line {self.instead.line}: {self.instead.words}."
         return " And: ".join([own, *(other.sentence for other in self.more)])
 
 

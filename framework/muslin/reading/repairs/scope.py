@@ -68,6 +68,37 @@ class Scope:
         form = self.form(outer.value) if isinstance(outer, ast.Subscript) else None
         return form[place] if form is not None and place < len(form) and form[place] <= MOST else 3
 
+    @cached_property
+    def idle(self) -> list[str]:
+        """Variables whose values are used nowhere."""
+        inside = (n for n in ast.walk(self.meaning.node) if isinstance(n, ast.Name))
+        read = {n.id for n in inside if isinstance(n.ctx, ast.Load)}
+        return [key for key in self.variables if key not in read and key not in self.loops]
+
+    @cached_property
+    def whole(self) -> list[str]:
+        """Arguments that are whole numbers."""
+        return [key for key, value in self.meaning.inputs.items() if value.dtype.kind == "i"]
+
+    def has_value(self, key: str, node: ast.AST) -> bool:
+        """Whether a variable has a value before a line."""
+        stored = (n for n in ast.walk(self.meaning.node) if isinstance(n, ast.Name) and n.id == key)
+        first = min((n.lineno for n in stored if isinstance(n.ctx, ast.Store)), default=0)
+        return key in self.meaning.inputs or 0 < first < node.lineno  # type: ignore[attr-defined]
+
+    def counting(self, node: ast.AST) -> list[str]:
+        """Variables that count in the loops a node stands in."""
+        return [n.id for loop in self.around(node) for n in ast.walk(loop.target) if isinstance(n, ast.Name)]
+
+    def around(self, node: ast.AST) -> list[ast.For]:
+        """The loops a node stands in, the innermost first."""
+        found, outer = [], self.parent(node)
+        while outer is not None:
+            if isinstance(outer, ast.For):
+                found.append(outer)
+            outer = self.parent(outer)
+        return found
+
     def alias(self, node: Node) -> Node:
         """The node itself, to stand inside of what replaces it."""
         made: Node = self.meaning.alias(node)

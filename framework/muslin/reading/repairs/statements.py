@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import itertools
 import re
 from collections.abc import Iterator
 from typing import Any
@@ -27,8 +28,10 @@ def changes(scope: Scope, node: ast.stmt) -> Iterator[Repair]:
         yield from _targets(scope, node)
     if isinstance(node, ast.AugAssign):
         yield from _added(node)
+        yield from _guarded(scope, node)
     elif isinstance(node, ast.Assign):
-        yield from _assigned(node)
+        yield from _assigned(scope, node)
+        yield from _guarded(scope, node)
     elif isinstance(node, ast.For):
         yield from _loop(node)
     elif isinstance(node, ast.If) and node.orelse:
@@ -83,19 +86,62 @@ def _added(node: ast.AugAssign) -> Iterator[Repair]:
     yield _too_many(node, node.target)
 
 
-def _assigned(node: ast.Assign) -> Iterator[Repair]:
+def _assigned(scope: Scope, node: ast.Assign) -> Iterator[Repair]:
     target = node.targets[0]
     if len(node.targets) > 1 or not isinstance(target, (ast.Name, ast.Subscript)):
         return
+    once = "" if _is_summed(scope, node) else "once, "
     for op, sign in ((ast.Add(), "+="), (ast.Sub(), "-=")):
         words = (
             f"{code(target)} is overwritten, where {sign} adds up: = stands in place of {sign}, "
             "only the last term is left"
         )
         yield Repair(
-            "loop", f"=->{sign}", node.lineno, words, {id(node): ast.AugAssign(target, op, node.value)}
+            "loop", f"{once}=->{sign}", node.lineno, words, {id(node): ast.AugAssign(target, op, node.value)}
         )
     yield _too_many(node, target)
+
+
+def _is_summed(scope: Scope, node: ast.Assign) -> bool:
+    """Whether a line stands in a loop that gives its variable no other value: a sum, then, rather than a value."""
+    around = scope.around(node)
+    if not around:
+        return False
+    lines = [n for n in ast.walk(around[0]) if isinstance(n, ast.Assign) and n is not node]
+    return text_of(node.targets[0]) not in [text_of(target) for line in lines for target in line.targets]
+
+
+def _guarded(scope: Scope, node: ast.Assign | ast.AugAssign) -> Iterator[Repair]:
+    """A line that only counts under a condition, which is missing."""
+    target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+    base = target.value if isinstance(target, ast.Subscript) else target
+    if not isinstance(base, ast.Name) or isinstance(scope.parent(node), ast.If):
+        return
+    if not scope.has_value(base.id, node):
+        return
+    for test in _conditions(scope, node):
+        words = (
+            f"{code(target)} gets this always, and should only where {code(test)}: the condition is missing"
+        )
+        yield Repair(
+            "condition",
+            f"if {text_of(test)}",
+            node.lineno,
+            words,
+            {id(node): ast.If(test, [scope.alias(node)], [])},
+        )
+
+
+def _conditions(scope: Scope, node: ast.stmt) -> Iterator[ast.expr]:
+    """Conditions a line may stand under: two indices that agree, an index that is a number, a number's sign."""
+    whole = [key for key in scope.whole if key not in scope.loops] + sorted(scope.counting(node))
+    for a, b in itertools.combinations(whole, 2):
+        yield from (ast.Compare(name(a), [op], [name(b)]) for op in (ast.Eq(), ast.NotEq()))
+    for key, k in itertools.product(whole, range(3)):
+        yield ast.Compare(name(key), [ast.Eq()], [ast.Constant(k)])
+    for key in scope.named(()):
+        if key not in whole:
+            yield from (ast.Compare(name(key), [op], [ast.Constant(0)]) for op in (ast.Lt(), ast.Gt()))
 
 
 def counterparts(scope: Scope, node: ast.Assign) -> Iterator[Repair]:

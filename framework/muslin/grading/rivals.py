@@ -1,0 +1,71 @@
+"""Of several changes that each make a function right, the one that leaves the rest of it as it is in a right one.
+
+A sign may be mended where it is lost or where it is used. What stands between the two tells which: after the right
+change it comes to quantities that are known by name, after the other to their negatives.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from muslin.reading.repairs import KINDS, Repair
+
+if TYPE_CHECKING:
+    from muslin.grading.repairing import Search
+
+#: Share of the cases in which an expression must come to a result.
+MOST = 0.8
+
+#: Kinds from which on a change is not told beside another one that does as well.
+LESS_PLAIN = KINDS.index("lacks term")
+
+
+def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
+    """The change after which most expressions are known quantities; another one in its place, if it does as well."""
+    if len({change.line for change in found}) < 2:
+        return found[0]
+    seen = [_seen(search, change) for change in found]
+    touched = set().union(*seen)
+    scores = [sum(_is_known(search, values, key) for key in touched) for values in seen]
+    best = max(scores)
+    alike = [change for change, score in zip(found, scores, strict=True) if score == best]
+    same = [change for change in alike if change.kind == alike[0].kind and len(change.changes) == 1]
+    first = min(same, key=lambda change: change.line, default=alike[0])
+    other = next((change for change in alike if _as_plain(change, first)), None)
+    return first if other is None else replace(first, instead=other)
+
+
+def _seen(search: Search, change: Repair) -> Mapping[int, Any]:
+    """What expressions come to that a change makes others of, by their id."""
+    meaning = search.meaning
+    meaning.seen = {}
+    try:
+        meaning.otherwise(change.changes)
+        return {key: value for key, value in meaning.seen.items() if key in meaning.values}
+    finally:
+        meaning.seen = None
+
+
+def _is_known(search: Search, values: Mapping[int, Any], key: int) -> bool:
+    value = values.get(key, search.meaning.values.get(key))
+    if value is None or isinstance(value, (list, tuple)) or not np.ndim(value):
+        return False
+    return bool(search.named(value)) or any(_agree(np.asarray(value), right) for right in search.expected)
+
+
+def _agree(values: np.ndarray, right: np.ndarray) -> bool:
+    """Whether an expression comes to a result, in most of the cases."""
+    if values.shape != right.shape:
+        return False
+    met = np.isclose(values, right, rtol=1e-6, atol=0.0).reshape(len(right), -1).all(axis=1)
+    return bool(met.mean() > MOST)
+
+
+def _as_plain(change: Repair, first: Repair) -> bool:
+    """Whether a change may as well be the one that is meant."""
+    kind = KINDS.index(change.kind)
+    return change.line != first.line and len(change.changes) == 1 and kind < LESS_PLAIN
