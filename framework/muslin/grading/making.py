@@ -2,7 +2,8 @@
 
 Where it is known what an expression would have to be (`muslin.grading.needs`), thousands of others are tried in one
 sweep of NumPy, with no text worked out: all sums, products, lengths, entries, outer products ... of the symbols that
-are known in that line, and all pairs of those. What is said is what kind of thing belongs there and, where that is short, how it is written.
+are known in that line, and all pairs of those. What is said is what kind of thing belongs there and, where that is
+short, how it is written.
 """
 
 from __future__ import annotations

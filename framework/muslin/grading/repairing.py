@@ -27,7 +27,7 @@ from muslin.judging.reference import TOLERANCE
 from muslin.reading.meaning import Meaning, Unclear
 from muslin.reading.page import used
 from muslin.reading.repairs import Changes, Repair
-from muslin.reading.repairs.pieces import code, number, ratio, text_of, with_one
+from muslin.reading.repairs.pieces import number, ratio, with_one
 from muslin.reading.repairs.readable import ordinary
 from muslin.reading.source import Source
 
