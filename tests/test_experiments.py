@@ -24,7 +24,7 @@ TABLE = tasks.assignment("cloth")
 SOURCE = paths.solution("cloth")
 
 #: What each experiment says, with numbers between bounds: (text with {}, lowest, highest).
-MEASURED = {
+CLOTH = {
     "needles": [("The error grows like the height to the power {}.", -2.1, -1.9), ("1e\\+00 +{}", 0, 1e-15)],
     "normal": [("K without dn/dx: off by {}", 0.1, 0.5), ("K with dn/dx +: off by {}", 0, 1e-8)],
     "mass": [("edge to the power {}.", 1.98, 2.02), (" +1 +{} +2.0e", 0, 1e-15), (" +32 +{}", 0, 1e-14)],
@@ -36,30 +36,57 @@ MEASURED = {
     "contact": [("filter: at most {} J", 0.1, 10), ("solve: at most {} J", 0, 1e-3)],
     "order": [("0.00156 +\\S+ +{}", 0.93, 1.03)],
 }  # fmt: skip
+SOLIDS = {
+    "slivers": [
+        ("The error grows like the height to the power {}.", -1.1, -0.9), ("1e\\+00 +{}", 0, 1e-15),
+        ("1e-06 +\\S+ +{}", 4.9e5, 5.1e5),
+    ],
+    "twist": [("0.0312 +\\S+ +{}", 1.95, 2.02), ("0.0312 +\\S+ +\\S+ +\\S+ +{}", 0.98, 1.02)],
+    "tone": [("0.0625 +\\+{} %", 0.16, 0.162), ("0.0625 +\\S+ % +{} %", -0.162, -0.16)],
+    "squeeze": [
+        ("E = {} Pa", 99999, 100001), ("nu = {} of", 0.44999, 0.45001),
+        ("pushes back with {} times", 0.9999, 1), ("0.20 +{} bulk", 0.99, 0.993),
+    ],
+    "locking": [("0.3 +\\S+ +\\S+ +{}", 0.9, 0.95), ("0.499 +\\S+ +\\S+ +{}", 0.1, 0.2), ("0.499 +{}", 0.03, 0.1)],
+    "newton": [
+        ("Hessian of each step: {} steps", 4, 6), ("the order at the end is {}.", 1.8, 2.2), ("leaves {} of", 0.1, 0.5),
+    ],
+    "damping": [("0.00104 +\\S+ % +{}", 0.68, 0.73), ("0.00833 +\\S+ % +{}", 0.68, 0.74)],
+}  # fmt: skip
+MEASURED = {"cloth": CLOTH, "solids": SOLIDS}
+EVERY = [(assignment, name) for assignment, found in MEASURED.items() for name in found]
 
 
 @pytest.fixture(scope="module")
-def solved(tmp_path_factory):
-    """A workspace with the reference solution in it."""
-    folder = tmp_path_factory.mktemp("w") / "cloth"
-    workspace.start("cloth", folder)
-    for file in TABLE.files:
-        shutil.copy(SOURCE / file, folder / file)
-    return workspace.find(folder)
+def both(tmp_path_factory):
+    """Workspaces with the reference solutions in them, by assignment."""
+    made = {}
+    for assignment in MEASURED:
+        folder = tmp_path_factory.mktemp("w") / assignment
+        workspace.start(assignment, folder)
+        for file in tasks.assignment(assignment).files:
+            shutil.copy(paths.solution(assignment) / file, folder / file)
+        made[assignment] = workspace.find(folder)
+    return made
 
 
-@pytest.mark.parametrize("name", MEASURED)
-def test_an_experiment_measures_what_is_true(solved, capsys, name):
-    experimenting.run(solved, name)
+@pytest.fixture(scope="module")
+def solved(both):
+    return both["cloth"]
+
+
+@pytest.mark.parametrize(("assignment", "name"), EVERY)
+def test_an_experiment_measures_what_is_true(both, capsys, assignment, name):
+    experimenting.run(both[assignment], name)
     said = capsys.readouterr().out
-    for text, low, high in MEASURED[name]:
+    for text, low, high in MEASURED[assignment][name]:
         match = re.search(
             text.replace(".", r"\.").replace(r"\\.", ".").replace("{}", r"(-?[\d.]+(?:e[-+]\d+)?)"), said
         )
         assert match, (text, said)
         assert low <= float(match[1].rstrip(".")) <= high, said
     if name not in ("normal", "pull"):
-        assert (solved.folder / "runs" / "experiments" / f"{name}.png").stat().st_size > 5000
+        assert (both[assignment].folder / "runs" / "experiments" / f"{name}.png").stat().st_size > 5000
 
 
 def test_a_forgotten_normal_is_seen_in_the_students_own_function(solved, tmp_path, capsys):
@@ -74,22 +101,31 @@ def test_a_forgotten_normal_is_seen_in_the_students_own_function(solved, tmp_pat
     assert without == with_it
 
 
-def test_every_experiment_has_a_section_a_question_and_a_row_in_the_rubric():
-    names = set(MEASURED)
-    assert {path.stem for path in (SOURCE / "experiments").glob("*.py")} == names == set(TABLE.written)
-    text = (SOURCE / "experiments" / "README.md").read_text(encoding="utf-8")
+@pytest.mark.parametrize("assignment", MEASURED)
+def test_every_experiment_has_a_section_a_question_and_a_row_in_the_rubric(assignment):
+    names, table, source = set(MEASURED[assignment]), tasks.assignment(assignment), paths.solution(assignment)
+    assert {path.stem for path in (source / "experiments").glob("*.py")} == names == set(table.written)
+    text = (source / "experiments" / "README.md").read_text(encoding="utf-8")
     parts = dict(re.findall(r"^## S\d+(?:, S\d+)?: (\w+)\n(.*?)(?=^## |\Z)", text, re.M | re.S))
-    rubric = (SOURCE / "rubrics.md").read_text(encoding="utf-8")
+    rubric = (source / "rubrics.md").read_text(encoding="utf-8")
     assert set(parts) == names
     for name, part in parts.items():
-        for word in ("**Measure.**", "**Derive.**", f"**Explain.** ({TABLE.written[name].points} points)"):
+        for word in ("**Measure.**", "**Derive.**", f"**Explain.** ({table.written[name].points} points)"):
             assert word in part
         assert f"muslin experiment {name}" in part
         assert f"| `{name}` | (1)" in rubric
 
 
-def test_experiments_are_listed_in_the_order_of_the_handout(solved):
-    sections = [experimenting.title(path) for path in experimenting.scripts(solved).values()]
+@pytest.mark.parametrize("assignment", MEASURED)
+def test_every_section_with_tasks_has_an_experiment(assignment):
+    text = (paths.solution(assignment) / "experiments" / "README.md").read_text(encoding="utf-8")
+    covered = {section for line in re.findall(r"^## (S.*):", text, re.M) for section in line.split(", ")}
+    assert {task.section for task in tasks.assignment(assignment).tasks.values()} <= covered
+
+
+@pytest.mark.parametrize("assignment", MEASURED)
+def test_experiments_are_listed_in_the_order_of_the_handout(both, assignment):
+    sections = [experimenting.title(path) for path in experimenting.scripts(both[assignment]).values()]
     numbers = [int(re.match(r"S(\d+)", title)[1]) for title in sections]
     assert numbers == sorted(numbers)
     assert numbers[0] == 1
