@@ -329,9 +329,10 @@ def made(search: Search) -> Iterator[Repair]:
         fitting = kits[known].fitting(form, partial(search.fits, node))
         for text, words in itertools.islice(fitting, MOST_MADE):
             new = ast.parse(text, mode="eval").body
-            shown = f": `{text}`" if len(text) <= SHOWN else ""
+            plain = ast.unparse(new)
+            shown = f": `{plain}`" if len(plain) <= SHOWN else ""
             said = f"{code(node)} stands where {words} belongs{shown}"
-            change = Repair("another", text, node.lineno, said, {id(node): new})
+            change = Repair("another", f"made {text}", node.lineno, said, {id(node): new})
             try:
                 if search.is_right(change):
                     yield change

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 import ast
 import itertools
+import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -33,10 +34,10 @@ from muslin.reading.source import Source
 
 #: Most changes that are looked at; most that are worked out to the end, for all entries, for one of them alone, and
 #: where many passes of a loop are worked out at once.
-LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 1600, 250, 1500
+LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 2000, 250, 1500
 
 #: Most steps taken for one function: they bound the time, whatever the text is.
-SPENT = 280_000
+SPENT = 300_000
 
 #: Steps up to which the changes of a short function are so cheap that more may be tried, and how many times as many.
 CHEAP, OFTEN = 40_000, 4
@@ -224,10 +225,14 @@ class Search(Needs):
             if (np.abs(needed[asked] - middle) <= NEAR * (abs(middle) + 1e-9)).all():
                 nearest = Fraction(middle).limit_denominator(360)
                 belongs = nearest.numerator if nearest.denominator == 1 else float(nearest)
-                words = f"the number {stands:g}{scope.context(node)} is wrong{ratio(stands, belongs)}"
-                yield Repair(
-                    "number", f"{stands}->{belongs}", node.lineno, words, {id(node): number(belongs)}
-                )
+                for other in dict.fromkeys(
+                    (math.copysign(1, stands) * abs(belongs), belongs)
+                ):  # of squares both
+                    other = belongs if other == belongs else -belongs
+                    words = f"the number {stands:g}{scope.context(node)} is wrong{ratio(stands, other)}"
+                    yield Repair(
+                        "number", f"{stands}->{other}", node.lineno, words, {id(node): number(other)}
+                    )
 
     def _told(self, change: Repair) -> Repair:
         """A change with where it is, and what belongs there: the smallest whole that shows it, as it should be."""

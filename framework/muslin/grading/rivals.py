@@ -26,6 +26,7 @@ LESS_PLAIN = KINDS.index("lacks term")
 
 def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
     """The change after which most expressions are known quantities; another one in its place, if it does as well."""
+    found = [change for change in found if len(change.changes) == 1] or found
     if len({change.line for change in found}) < 2:
         return found[0]
     seen = [_seen(search, change) for change in found]
@@ -33,8 +34,8 @@ def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
     scores = [sum(_is_known(search, values, key) for key in touched) for values in seen]
     best = max(scores)
     alike = [change for change, score in zip(found, scores, strict=True) if score == best]
-    same = [change for change in alike if change.kind == alike[0].kind and len(change.changes) == 1]
-    first = min(same, key=lambda change: change.line, default=alike[0])
+    same = [change for change in alike if change.kind == alike[0].kind]
+    first = min(same, key=lambda change: change.line)
     other = next((change for change in alike if _as_plain(change, first)), None)
     return first if other is None else replace(first, instead=other)
 

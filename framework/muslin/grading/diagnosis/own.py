@@ -73,4 +73,6 @@ def repaired(found: Diagnosis | None, change: Repair | None) -> Diagnosis | None
         return Diagnosis(f"in the text: {change.kind}", own, advice)
     if bare(found.cause):
         return replace(found, mistake=f"{own} {found.mistake}", advice=advice)
+    if change.detail.startswith("made "):
+        return found  # made to fit: what is known of the mistake says more
     return replace(found, mistake=f"{found.mistake} {own}")

@@ -73,6 +73,7 @@ class Changes:
         nodes = self._valued()
         hopes = {id(node): hope(node) for node in nodes}
         ways = (
+            missing.entries,
             missing.units,
             missing.factors,
             alike.changes,

@@ -43,10 +43,18 @@ def _takes_a_factor(scope: Scope, node: ast.expr) -> bool:
 
 
 def unused(scope: Scope, node: ast.expr) -> Found:
-    """A factor that is missing, of those that stand nowhere: numbers that are never used, entries never taken."""
+    """A factor that is missing, of the numbers that are never used."""
     if _takes_a_factor(scope, node):
         idle = ((scope.said(key), name(key)) for key in scope.idle if scope.variables[key] == ())
-        yield from _numbered(scope, node, itertools.chain(idle, _entries(scope, node)))
+        yield from _numbered(scope, node, idle)
+
+
+def entries(scope: Scope, node: ast.expr, form: Form) -> Found:
+    """A factor that is missing, of the entries that are never taken of arrays of which others are."""
+    if _takes_a_factor(scope, node):
+        for text, part in _entries(scope, node):
+            words = f"a factor is missing at {code(node)}: {text}"
+            yield "lacks factor", f"*{text}{like(node)}", words, times(scope.alias(node), part)
 
 
 def _numbered(scope: Scope, node: ast.expr, parts: Iterable[tuple[str, ast.expr]]) -> Found:
@@ -114,9 +122,9 @@ def _entries(scope: Scope, node: ast.expr) -> Iterator[tuple[str, ast.expr]]:
     for key, shape in scope.variables.items():
         if not 1 <= len(shape) <= 2 or max(shape) > LONGEST:
             continue
-        indices: list[ast.expr] = [*counting] if len(shape) == 1 else []
-        if indices or any(text.startswith(f"{key}[") for text in scope.parts):
-            indices += map(ast.Constant, range(shape[0]))
+        if key not in scope.idle and not any(text.startswith(f"{key}[") for text in scope.parts):
+            continue
+        indices: list[ast.expr] = [*counting, *map(ast.Constant, range(shape[0]))]
         if len(shape) == 2:
             indices = [ast.Tuple(list(pair), ast.Load()) for pair in itertools.product(counting, repeat=2)]
         for index in indices:
