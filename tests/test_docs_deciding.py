@@ -87,3 +87,21 @@ def test_every_command_on_it_exists(monkeypatch, capsys):
         with contextlib.suppress(SystemExit):
             cli.main()
         assert "Usage: muslin" in capsys.readouterr().out, command
+
+
+@pytest.mark.parametrize(
+    ("words", "page", "heading"),
+    [
+        ("films", "gallery.md", "Gallery"),
+        ("hours", "deciding.md", "What a week looks like"),
+        ("mapping to the lecture", "deciding.md", "Where it is in the lecture"),
+        ("licence", "deciding.md", "Licences"),
+        ("solutions are public", "integrity.md", "Integrity: the solutions are public"),
+    ],
+)
+def test_a_newcomer_is_one_click_from_what_decides(words, page, heading):
+    front = (ROOT / "docs" / "index.md").read_text(encoding="utf-8")
+    links = [target for said, target in re.findall(r"\[([^\]]+)\]\(([^)]+)\)", front) if words in said]
+    anchor = re.sub(r"[^\w-]", "", heading.lower().replace(" ", "-"))
+    assert any(target in (page, f"{page}#{anchor}") for target in links), links
+    assert re.search(rf"^#+ {re.escape(heading)}$", (ROOT / "docs" / page).read_text(encoding="utf-8"), re.M)

@@ -77,7 +77,7 @@ def on_files(files: Any, config: Any) -> Any:
                 text = re.sub(r"\A<!--.*?-->\s*", "", content.decode("utf-8"))
                 made[f"handouts/{source.name}/index.md"] = text
             elif relative == "experiments/README.md":
-                text = content.decode("utf-8").replace("(../README.md)", "(../index.md)")
+                text = content.decode("utf-8").replace("(../README.md", "(../index.md")
                 made[f"handouts/{source.name}/{relative}"] = text
             elif relative.startswith("pictures/"):
                 made[f"handouts/{source.name}/{relative}"] = content
