@@ -9,7 +9,7 @@ import pytest
 
 import muslin
 from muslin.base.errors import MuslinError
-from muslin.mesh import Refinement, grid
+from muslin.mesh import Mesh, Refinement, grid
 from muslin.mesh.refinement import violations
 from muslin.mesh.surface import frozen
 from muslin.simulation import adapting, scenes
@@ -343,3 +343,17 @@ def test_openusd_gets_the_mesh_of_each_frame(tmp_path):
     assert [mesh.rstrip("],").split(", ") for mesh in meshes] == [
         list(map(str, mesh.ravel().tolist())) for mesh in wanted
     ]
+
+
+def test_a_coarse_adaptive_cape_on_thin_limbs_is_not_torn_and_what_moves_it_does_the_work_it_needs():
+    """Its first triangles are four times as long as the arms are thick: points inside them meet these."""
+    X = scenes.get("cape").load_mesh().vertices
+    radius, angle = np.hypot(X[:, 0], X[:, 1]), np.arctan2(X[:, 1], X[:, 0])
+    flat = grid(9, 14, diagonals="zigzag")
+    s, t = ((side - side.min()) / np.ptp(side) for side in flat.vertices[:, :2].T)
+    r, phi = radius.min() + s * np.ptp(radius), angle.min() + t * np.ptp(angle)
+    mesh = Mesh.from_arrays(np.stack([r * np.cos(phi), r * np.sin(phi)], axis=1), flat.triangles)
+    run = muslin.simulate("cape", mesh=mesh, adaptive=True, levels=2, budget=1000, steps=120)
+    assert len(run.x) > 900
+    assert run.energies.elastic.max() < 0.05
+    assert np.abs(run.energies.work).max() < 2

@@ -257,11 +257,11 @@ def test_a_step_that_is_not_solved_to_its_end_pushes_with_what_a_vertex_has_got(
         gaps=np.zeros(1), velocities=still, hit=np.ones(1, bool),
     )  # fmt: skip
     touching = Touching(pairs, Pressed(), 0.01, stiffness)
-    got = mass * (still - down)
     for left in (1.0, 0.5, 0.1):
         solved = left * down
         presses = touching.pressing(solved.ravel())
-        push, _ = touching.impulses(solved, still, presses, np.array([mass]), got)
+        unbalanced = mass * (solved - down) + touching.gradient(solved.ravel()).reshape(-1, 3)
+        push, _ = touching.impulses(solved, still, presses, np.array([mass]), unbalanced, np.array([mass]))
         assert push[0] == pytest.approx(mass, rel=1e-9)
 
 
@@ -282,7 +282,10 @@ def test_what_two_points_of_a_triangle_give_is_no_more_than_its_vertices_got(lev
     touching = Touching(pairs, Pressed(), 0.01, 1e5)
     got = np.array([[0.0, 0.3, 0.0], [0.0, 0.1, 0.0], [0.0, 0.0, 0.0]])
     solved = np.array([[0.0, 0.01, 0.0], [0.0, -0.01 * (1 - lever) / lever, 0.0], [0.0, 0.0, 0.0]])
-    push, _ = touching.impulses(solved, solved, np.ones(2, bool), np.full(2, 0.1), got)
+    unbalanced = got + touching.gradient(solved.ravel()).reshape(-1, 3)
+    push, _ = touching.impulses(
+        solved, solved, np.ones(2, bool), np.full(2, 0.1), unbalanced, np.full(3, 0.1)
+    )
     assert (push >= 0).all()
     given = touching.spread(push[:, None] * up, 3)
     assert given.sum() <= 1.01 * got.sum()

@@ -190,7 +190,13 @@ class Body:
 
     def on_surface(self, forces: np.ndarray) -> np.ndarray:
         """Sum forces (3 t, 3) on the corners of the surface's triangles into (n, 3)."""
-        return self._skin.vector(forces)
+        self._forces[...] = forces
+        return self._skin.vector(self._forces)
+
+    @functools.cached_property
+    def _forces(self) -> np.ndarray:
+        """Where forces are put that are summed, one array for all of them."""
+        return np.empty((self.surface.size, 3))
 
     # One position at a time: what several of these need is computed once ------------------------------------
 

@@ -4,7 +4,7 @@ A vertex may end a step anywhere in the half space n . (x - c) >= r that touches
 the point nearest to the vertex: a convex collider lies wholly behind it, so that nothing that stays in front is inside.
 What moves so far that it could pass through is followed along its way to where it would hit.
 
-Where a sphere or capsule is thin against the triangles, the nearest points of triangles are watched as well.
+Where a sphere or capsule is thin against a triangle, the triangle's nearest point is watched as well.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ FAST = 0.1
 #: How near [m] beside the way it makes in a step a vertex is watched, as a share of the collider's radius; to a plane.
 MARGIN, NEAR = 0.1, 0.01
 
-#: Longest edge, as a share of a collider's radius, from which on triangles are watched and not only their corners.
+#: Longest edge, as a share of a collider's radius, from which on a triangle is watched and not only its corners.
 THIN = 1.0
 
 #: Points looked at along a way.
@@ -95,7 +95,7 @@ def meet(
     free: np.ndarray | None = None,
     detect: Detect | None = None,
     triangles: np.ndarray | None = None,
-    longest: float = 0.0,
+    longest: np.ndarray | None = None,
 ) -> Pairs:
     """Pairs of the vertices x (n, 3), moving with v, and colliders where they are at the end of a step of dt [s].
 
@@ -107,7 +107,7 @@ def meet(
         Decides, instead of the framework's own geometry, which vertices would end the step inside a sphere or capsule,
         and which way is out there.
     triangles : (t, 3), optional
-        The surface, and the length of its longest edge [m].
+        The surface, and the length of each triangle's longest edge, (t,) [m].
     """
     parts = []
     moved = dt * v
@@ -117,8 +117,11 @@ def meet(
             parts.append(_plane(collider, key, x, moved, free))
             continue
         parts.append(_round(collider, key, x, moved, dt, free, detect))
-        if triangles is not None and longest > THIN * collider.radius:
-            parts.append(_triangles(collider, key + STRIDE, x, moved, dt, free, triangles))
+        if triangles is not None and longest is not None:
+            large = np.flatnonzero(longest > THIN * collider.radius)
+            if len(large):
+                own = key + STRIDE + large
+                parts.append(_triangles(collider, own, x, moved, dt, free, triangles[large]))
     return _joined(parts)
 
 
@@ -267,7 +270,7 @@ def _met(collider: Sphere | Capsule, start: np.ndarray, moved: np.ndarray) -> np
 
 def _triangles(
     collider: Sphere | Capsule,
-    key: np.int64,
+    key: np.ndarray,
     x: np.ndarray,
     moved: np.ndarray,
     dt: float,
@@ -305,7 +308,7 @@ def _triangles(
     going = np.einsum("tk,tki->ti", weights[kept], moved[triangles[near[kept]]]) - dt * velocity[kept]
     hit = gap + np.einsum("ij,ij->i", normal, going) < 0
     picked = triangles[near[kept]].astype(np.int64)
-    return Pairs(key + near[kept], picked, weights[kept], normal, gap, velocity[kept], hit)
+    return Pairs(key[near[kept]], picked, weights[kept], normal, gap, velocity[kept], hit)
 
 
 def _middle(collider: Sphere | Capsule, points: np.ndarray) -> np.ndarray:

@@ -12,6 +12,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from muslin.mesh import area_and_normal
+
 if TYPE_CHECKING:
     from muslin.simulation.model import Model
 
@@ -29,17 +31,13 @@ class Air:
 
     def __init__(self, model: Model, x: np.ndarray, v: np.ndarray, dt: float):
         t = model.body.surface
-        doubled = np.cross(x[t[:, 1]] - x[t[:, 0]], x[t[:, 2]] - x[t[:, 0]])
-        length = np.maximum(np.linalg.norm(doubled, axis=1), 1e-300)
-        n = doubled / length[:, None]
+        area, n = area_and_normal(x, t)
         self.wind = np.asarray(model.wind, float)
         through = np.einsum("ij,ij->i", self.wind - v[t].mean(axis=1), n)
-        strength = dt * model.drag / 2 * np.abs(through) * length / 2 / 3
+        strength = dt * model.drag / 2 * np.abs(through) * area / 3
         thirds = np.repeat(strength[:, None, None] * n[:, :, None] * n[:, None, :], 3, axis=0)
         #: (n, 3, 3) [kg], symmetric: the impulse on vertex i is blocks_i (w - v_i)
-        self.blocks = np.stack(
-            [model.body.on_surface(np.ascontiguousarray(row)) for row in thirds.transpose(1, 0, 2)], axis=1
-        )
+        self.blocks = np.stack([model.body.on_surface(row) for row in thirds.transpose(1, 0, 2)], axis=1)
 
     def impulse(self, v: np.ndarray) -> np.ndarray:
         """On the vertices, for velocities (n, 3), [N s]."""

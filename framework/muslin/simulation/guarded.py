@@ -245,11 +245,7 @@ def _landed(
     if touching:
         presses = touching.presses if presses is None else presses
         mass = np.einsum("ck,ck->c", touching.pairs.weights, model.lumped[touching.pairs.corners])
-        got = None
-        if unbalanced is not None:
-            left = unbalanced - touching.gradient(solved.ravel()).reshape(-1, 3)
-            got = left + model.lumped[:, None] * (v - solved)
-        push, rub = touching.impulses(solved, v, presses, mass, got)
+        push, rub = touching.impulses(solved, v, presses, mass, unbalanced, model.lumped)
         pressed = touching.after(push, rub, v, mass)
         contacts = touching.contacts(push > 0, count)
         work += touching.work(push, rub)

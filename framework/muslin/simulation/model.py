@@ -157,7 +157,7 @@ class Model:
             self.filter = Response(functions.filter_velocity, n)
         x = np.ascontiguousarray(body.X.T)[:, body.surface.T]
         squares = ((x - x[:, [2, 0, 1]]) ** 2).sum(axis=0)
-        self._longest = float(np.sqrt(squares.max(initial=0.0)))
+        self._longest = np.sqrt(squares.max(axis=0))
         #: of each vertex [kg]
         self.lumped = np.bincount(body.pattern.layout.row, body.mass_factor, n)
         #: the state that the body has been updated to, and all prepared for

@@ -203,56 +203,59 @@ class Touching:
         v: np.ndarray,
         presses: np.ndarray,
         mass: np.ndarray,
-        got: np.ndarray | None = None,
+        unbalanced: np.ndarray | None = None,
+        lumped: np.ndarray | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Normal impulses (c,) and those of friction (c, 3) [N s]: of the system solved, and of the filter after it.
 
-        `got` are the impulses (n, 3) that the vertices have really got from contact, where that is not what the system
-        says, since it was not solved to its end: what a pair would push with there, nothing holds against.
+        `unbalanced` is the gradient (n, 3) that is left where the system was not solved to its end [N s]: what a pair
+        would push with there, nothing holds against, and it did not. `lumped` are the masses (n,) of the vertices.
         """
         _, inwards, across = self._along(solved)
         filtered = np.einsum("ij,ij->i", self.pairs.normals, self.pairs.at(v - solved))
         rub = -self.grip[:, None] * across
-        if got is None:
-            push = np.where(presses, -self.stiffness * inwards, 0.0)
-        else:
-            across = (
-                self.pairs.at(got) / np.einsum("ck,ck->c", self.pairs.weights, self.pairs.weights)[:, None]
-            )
-            across -= np.einsum("ij,ij->i", self.pairs.normals, across)[:, None] * self.pairs.normals
-            size = np.maximum(np.linalg.norm(rub, axis=1), 1e-300)
-            rub = rub * np.minimum(np.linalg.norm(across, axis=1) / size, 1.0)[:, None]
-            push = self._shared(got - self.spread(rub, len(got)), presses)
+        push = np.where(presses, -self.stiffness * inwards, 0.0)
+        if unbalanced is not None and self.pairs.corners.shape[1] == 1:
+            held = np.einsum("ij,ij->i", self.pairs.normals, self.pairs.at(unbalanced))
+            push = np.where(presses, np.maximum(push + held, 0.0) + mass * np.maximum(filtered, 0.0), 0.0)
+        elif unbalanced is not None:
+            assert lumped is not None
+            got = unbalanced - self.gradient(solved.ravel()).reshape(-1, 3) + lumped[:, None] * (v - solved)
+            push, rub = self._shared(got, presses, rub)
         caught = ~presses & (inwards < 0)
         push[caught] = (mass * filtered)[caught]
         return push, rub
 
-    def _shared(self, got: np.ndarray, presses: np.ndarray) -> np.ndarray:
-        """Impulses (c,) of pairs that press, none of which pulls, nearest to what vertices got, (n, 3) [N s].
+    def _shared(self, got: np.ndarray, presses: np.ndarray, rub: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Of pairs that press, normal impulses (c,) and those of friction (c, 3), by what vertices got (n, 3) [N s].
 
-        Each pair takes its own where no two have a vertex in common. Points of triangles do, and what one of them
-        pushes with on a long lever another takes back: taken one by one they could be any size.
+        None pulls, none rubs with more than its point got, and together they come nearest to all of it. Points of
+        triangles have vertices in common, and what one of them pushes with on a long lever another takes back: taken
+        one by one they could be any size.
         """
-        which = np.flatnonzero(presses)
+        n, own = self.pairs.normals, np.einsum("ck,ck->c", self.pairs.weights, self.pairs.weights)
+        across = self.pairs.at(got) / own[:, None]
+        across -= np.einsum("ij,ij->i", n, across)[:, None] * n
+        size = np.maximum(np.linalg.norm(rub, axis=1), 1e-300)
+        rub = rub * np.minimum(np.linalg.norm(across, axis=1) / size, 1.0)[:, None]
+        got = got - self.spread(rub, len(got))
+        which, push = np.flatnonzero(presses), np.zeros(len(presses))
+        if not len(which):
+            return push, rub
         corners, weights = self.pairs.corners[which], self.pairs.weights[which]
-        normals, push = self.pairs.normals[which], np.zeros(len(presses))
-        own = np.einsum("ck,ck->c", weights, weights)
-        wanted = np.einsum("ij,ij->i", normals, np.einsum("ck,cki->ci", weights, got[corners]))
-        found = np.maximum(wanted / own, 0.0)
-        if len(np.unique(there := corners[weights > 0])) < len(there):
-            rows = np.repeat(np.arange(len(which)), 3 * weights.shape[1])
-            columns = 3 * corners[:, :, None] + np.arange(3)
-            entries = weights[:, :, None] * normals[:, None, :]
-            J = sp.csr_matrix((entries.ravel(), (rows, columns.ravel())), shape=(len(which), got.size))
-            root = 1 / np.sqrt(own)
-            enough = np.full(len(which), EXACT * float(np.abs(root * wanted).max()))
+        rows = np.repeat(np.arange(len(which)), 3 * weights.shape[1])
+        columns = 3 * corners[:, :, None] + np.arange(3)
+        entries = weights[:, :, None] * n[which][:, None, :]
+        J = sp.csr_matrix((entries.ravel(), (rows, columns.ravel())), shape=(len(which), got.size))
+        root = 1 / np.sqrt(own[which])
 
-            def times(y: np.ndarray) -> np.ndarray:
-                return np.asarray(root * (J @ ((root * y) @ J)) + COMPLIANCE * y)
+        def times(y: np.ndarray) -> np.ndarray:
+            return np.asarray(root * (J @ ((root * y) @ J)) + COMPLIANCE * y)
 
-            found = root * nonnegative.minimise(times, -root * wanted, 0.0 * root, enough, ROUNDS)
-        push[which] = found
-        return push
+        b = -root * (J @ got.ravel())
+        enough = np.full(len(which), EXACT * float(np.abs(b).max()))
+        push[which] = root * nonnegative.minimise(times, b, np.zeros(len(which)), enough, ROUNDS)
+        return push, rub
 
     def work(self, push: np.ndarray, rub: np.ndarray) -> float:
         """What moving colliders do, by these impulses [J]."""

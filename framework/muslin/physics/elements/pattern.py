@@ -22,6 +22,9 @@ from muslin.physics.elements.pattern_kernels import (
     kinetic_energy,
 )
 
+#: Arrays that a `Gather` stays bound to.
+KEPT = 4
+
 
 class Gather:
     """Sums rows of cells' corners into vertices.
@@ -38,17 +41,19 @@ class Gather:
         # vertex i gathers rows k e + corner
         self.vertex_rows, self.vertex_ptr = grouped(cells.ravel(), n)
 
-        self._bound: tuple[np.ndarray, np.ndarray, Launch] | None = None
+        self._bound: dict[int, tuple[np.ndarray, np.ndarray, Launch]] = {}
 
     def vector(self, rows: np.ndarray) -> np.ndarray:
         """Sum rows (k m, 3), one per corner of a cell, into (n, 3).
 
         Fastest where the rows are in the same array every time.
         """
-        if self._bound is None or self._bound[0] is not rows:
+        if id(rows) not in self._bound:  # an array that is held here shares its id with no other
+            if len(self._bound) == KEPT:
+                self._bound.clear()
             out, kernel = np.empty((self.n, 3)), gather_vector(is_small(self.n, 20))
-            self._bound = rows, out, Launch(kernel, rows, self.vertex_ptr, self.vertex_rows, out)
-        _, out, launch = self._bound
+            self._bound[id(rows)] = rows, out, Launch(kernel, rows, self.vertex_ptr, self.vertex_rows, out)
+        _, out, launch = self._bound[id(rows)]
         launch()
         return out.copy()
 
