@@ -184,3 +184,40 @@ def test_a_mistake_is_found_where_something_is_not_finite(task, body, words):
 )
 def test_what_is_missing_in_a_loop_or_a_condition_is_told(task, body, words):
     assert words in told(task, body).mistake
+
+
+@pytest.mark.parametrize(
+    ("task", "body", "words"),
+    [
+        (
+            "phi",
+            """
+            D = ti.Matrix.cols([X1 - X0, X2 - X0])
+            p = 1 / (D.transpose() @ D) @ (D.transpose() @ (X - X0))
+            return ti.Vector([1 - p[0] - p[1], p[0], p[1]])
+            """,
+            "the inverse of `D.transpose() @ D` is meant",
+        ),
+        (
+            "phi",
+            """
+            D = ti.Matrix.cols([X1 - X0, X2 - X0])
+            p = (D.transpose() @ D) ** -1 @ (D.transpose() @ (X - X0))
+            return ti.Vector([1 - p[0] - p[1], p[0], p[1]])
+            """,
+            "the power is taken entry by entry",
+        ),
+        (
+            "filter_velocity",
+            """
+            w = v
+            if v.dot(n) < 0:
+                w = (1 - n.outer_product(n)) @ v
+            return w
+            """,
+            "`1` goes into every entry",
+        ),
+    ],
+)
+def test_a_number_beside_a_matrix_is_told_where_a_matrix_is_meant(task, body, words):
+    assert words in told(task, body).mistake

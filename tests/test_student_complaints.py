@@ -26,6 +26,14 @@ MISTAKES = {
     "a matrix of the wrong size, returned": (
         RCG, "", "return ti.Matrix([[1.0, 0.0], [0.0, 1.0]])", None,
         "returns a 2x2 matrix where a 3x3 matrix is asked"),
+    "a vector of the wrong size, returned": ("dpsi_ds", "", "return ti.Vector([mu, lam])", None, "An entry is missing"),
+    "a vector between matrices": (
+        "dpsi_dF", "", "return U @ dpsi_ds @ V.transpose()", None, "a diagonal matrix is diag(v)"),
+    "a vector between matrices, added": (RCG, "", "v = F[:, 0]\nreturn F @ v + F", 2, "a diagonal matrix is diag(v)"),
+    "a matrix divided by a vector": (RCG, "", "v = F[:, 0]\nreturn F / v", 2, "a vector's length is v.norm()"),
+    "a dot product of a matrix": ("nodal_force", "", "return P.dot(grad_phi)", 1, "a matrix times a vector is A @ v"),
+    "a vector compared": (
+        "sphere_contact", "", "return ti.cast(x - c < r, ti.i32), x", None, "Vectors are compared entry by entry"),
     "integer division": ("psi", "", "half = 1 // 2\nreturn half * mu * (s[0] - 1) ** 2", 1, "write /"),
     "a variable born as an integer": ("psi", "", "y = 0\ny += mu * (s[0] - 1) ** 2\nreturn y", 1, "write 0.0 for 0"),
     "a vector born of integers": (

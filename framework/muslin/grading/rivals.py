@@ -27,7 +27,7 @@ LESS_PLAIN = KINDS.index("lacks term")
 def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
     """The change after which most expressions are known quantities; another one in its place, if it does as well."""
     found = [change for change in found if len(change.changes) == 1] or found
-    if len({change.line for change in found}) < 2:
+    if len(found) < 2:
         return found[0]
     seen = [_seen(search, change) for change in found]
     touched = set().union(*seen)

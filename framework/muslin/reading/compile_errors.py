@@ -71,8 +71,14 @@ ADVICE: tuple[tuple[str, str], ...] = (
     (r"for '\*': a \dx\d matrix and a vector", "A matrix times a vector is A @ v."),
     (
         r"for '[+-]':.*(matrix and a vector|vector of \d and a \dx)",
-        "A matrix and a vector have different sizes: a b^T is a.outer_product(b), A v is A @ v.",
+        "A matrix and a vector have different sizes: a b^T is a.outer_product(b), A v is A @ v, and a diagonal matrix "
+        "is diag(v).",
     ),
+    (
+        r"for '/':.* and a vector",
+        "Nothing is divided by a vector of another size: a vector's length is v.norm().",
+    ),
+    (r"for dot is not a vector", "dot takes two vectors: a matrix times a vector is A @ v."),
     (
         r"unsupported operand.*(matrix|vector of \d) and a (\d|vector)",
         "The two have different sizes: + and - need the same size, * works entry by entry, @ multiplies matrices.",
@@ -307,6 +313,19 @@ SHAPES: tuple[tuple[str, str], ...] = (
         r"\*(.*\n)+a vector of \d -> a number",
         "* and ** of vectors work entry by entry: a.dot(b) is a number, and a.dot(a) the squared length.",
     ),
+    (
+        r"[<>](.*\n)+a vector of \d -> a number",
+        "Vectors are compared entry by entry: a vector's length is v.norm().",
+    ),
+    (
+        r"@(.*\n)+a vector of 3 -> a 3x3 matrix",
+        "A matrix times a vector is a vector: a diagonal matrix is diag(v), a b^T is a.outer_product(b).",
+    ),
+    (r"a vector of (2 -> a vector of 3|3 -> a vector of 4)", "An entry is missing."),
+    (r"a vector of (3 -> a vector of 2|4 -> a vector of 3)", "It has an entry too many."),
+    (r"a 2x2 matrix -> a 3x3 matrix", "A row and a column are missing, be they zero."),
+    (r"a 2x3 matrix -> a 3x3 matrix", "A row is missing."),
+    (r"a 3x2 matrix -> a 3x3 matrix", "A column is missing."),
     (r"a \dx1 matrix -> a vector", "A matrix of one column is no vector: write ti.Vector([a, b, c])."),
     (
         r"a vector of (4|9) -> a \dx\d",

@@ -147,12 +147,15 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
     for other in dict.fromkeys((*made, *NUMBERS)):
         if other not in (value, idle):
             words = f"the {what} {value:g}{here} is wrong{ratio(value, other)}"
-            yield "number", f"{value}->{other}", words, number(other)
+            whole = isinstance(value, int) and other == int(other)
+            yield "number", f"{value}->{other}", words, number(int(other) if whole else other)
     nearest = Fraction(value).limit_denominator(36)
     if isinstance(value, float) and value and 0 < abs(float(nearest) / value - 1) < 0.02:
         words = f"the number {value:g}{here} is rounded: write it as a fraction, with all its digits"
         yield "number", f"{value}->{nearest}", words, number(float(nearest))
-    for key in scope.named(()) if value != idle and not (value == 1 and isinstance(outer, ast.BinOp)) else ():
+    one = value == 1 and isinstance(outer, ast.BinOp)
+    tiny = 0 < abs(value) < 1e-3 and not isinstance(outer, ast.Compare)
+    for key in scope.named(()) if value != idle and not one and not tiny else ():
         words = f"the number {value:g} stands in place of {scope.said(key)}{here}"
         kind = "condition" if isinstance(outer, ast.Compare) else "name"
         yield kind, f"{value}->{key}", words, name(key)

@@ -12,6 +12,7 @@ from muslin.reading.repairs.pieces import (
     Form,
     Found,
     code,
+    identity,
     like,
     method,
     name,
@@ -144,10 +145,7 @@ def units(scope: Scope, node: ast.expr, form: Form) -> Found:
     numbers = (1, 2, 3) if len(terms(node)) > 1 else (1,)
     parts: list[tuple[str, ast.expr]] = [(f"the number {k}", ast.Constant(k)) for k in numbers]
     if len(form) == 2:
-        made = method(
-            ast.Attribute(name("ti"), "Matrix", ast.Load()), "identity", name("float"), ast.Constant(form[0])
-        )
-        parts = [("the identity", made)]
+        parts = [("the identity", identity(form[0]))]
     for text, part in parts:
         for op, verb in ((ast.Sub(), "subtracted from"), (ast.Add(), "added to")):
             words = f"{text} should be {verb} {here}, and is left out"

@@ -11,12 +11,15 @@ from muslin.reading.repairs.pieces import (
     Found,
     code,
     factors,
+    identity,
     like,
     method,
     minus,
     number,
     product,
     terms,
+    text_of,
+    times,
     total,
 )
 from muslin.reading.repairs.scope import Scope
@@ -52,6 +55,7 @@ def changes(scope: Scope, node: ast.BinOp) -> Found:
     yield from _sides(scope, node)
     yield from _entries(scope, node)
     yield from _brackets(node)
+    yield from _of_matrices(scope, node)
     outer = scope.parent(node)
     if not (isinstance(outer, ast.BinOp) and type(outer.op) is type(node.op)):
         yield from _chains(scope, node)
@@ -80,13 +84,44 @@ def _operators(scope: Scope, node: ast.BinOp) -> Found:
                 words = f"the power is wrong in {here}"
                 if k == 1:
                     words += f": {code(left)} should not be squared"
-                yield "power", f"**{right.value!r}->{k}", words, ast.BinOp(left, ast.Pow(), number(k))
+                new = scope.alias(left) if k == 1 else ast.BinOp(left, ast.Pow(), number(k))
+                yield "power", f"**{right.value!r}->{k}", words, new
     quotients = [s for s in (left, right) if isinstance(s, ast.BinOp) and isinstance(s.op, ast.Div)]
     if isinstance(op, ast.Add) and len(quotients) == 2:
         one, two = quotients
         above, below = ast.BinOp(one.left, ast.Add(), two.left), ast.BinOp(one.right, ast.Add(), two.right)
         words = f"a sum of quotients stands in place of the quotient of two sums in {here}"
         yield "operation", "quotient of sums", words, ast.BinOp(above, ast.Div(), below)
+
+
+def _of_matrices(scope: Scope, node: ast.BinOp) -> Found:
+    """What is done entry by entry with a matrix: a number added to it, a division by it, a power of it."""
+    op, left, right, here, form = node.op, node.left, node.right, code(node), scope.form(node) or ()
+    if len(form) != 2 or form[0] != form[1]:
+        return
+    if isinstance(op, (ast.Add, ast.Sub)) and () in (scope.form(left), scope.form(right)):
+        first = scope.form(left) == ()
+        one = left if first else right
+        unit: ast.expr = identity(form[0])
+        if not (isinstance(one, ast.Constant) and one.value == 1):
+            unit = times(one, unit)
+        words = f"{code(one)} goes into every entry in {here}: the identity matrix is meant"
+        made = ast.BinOp(unit, op, right) if first else ast.BinOp(left, op, unit)
+        yield "operation", "identity", words, made
+    if isinstance(op, ast.Div) and scope.form(right) == form:
+        inverse = method(right, "inverse")
+        words = f"/ divides entry by entry in {here}: the inverse of {code(right)} is meant"
+        scaled: ast.expr = ast.BinOp(left, ast.Mult() if scope.form(left) == () else ast.MatMult(), inverse)
+        if isinstance(left, ast.Constant) and left.value == 1:
+            scaled = inverse
+        yield "operation", "inverse", words, scaled
+    if isinstance(op, ast.Pow) and text_of(right) in ("-1", "-1.0", "2"):
+        words = f"the power is taken entry by entry in {here}: the inverse of {code(left)} is meant"
+        if text_of(right) == "2":
+            words = f"the power is taken entry by entry in {here}: a product of matrices is meant"
+            yield "operation", "square", words, ast.BinOp(left, ast.MatMult(), left)
+        else:
+            yield "operation", "inverse", words, method(left, "inverse")
 
 
 def _sides(scope: Scope, node: ast.BinOp) -> Found:

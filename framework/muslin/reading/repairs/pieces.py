@@ -185,6 +185,13 @@ def function(called: str, *arguments: ast.expr) -> ast.Call:
     return ast.Call(name(called), list(arguments), [])
 
 
+def identity(size: int) -> ast.Call:
+    """The identity matrix."""
+    return method(
+        ast.Attribute(name("ti"), "Matrix", ast.Load()), "identity", name("float"), ast.Constant(size)
+    )
+
+
 def minus(node: ast.expr) -> ast.expr:
     """The negative."""
     return ast.UnaryOp(ast.USub(), node)
