@@ -313,6 +313,46 @@ def test_a_step_to_another_place_and_a_function_not_called_are_seen_in_the_text(
     assert all(word in note for word, note in zip(words, told, strict=True))
 
 
+NEWTON = """
+    here = 0.0
+    for _ in range(most_steps):
+        g = gradient(x)
+        if np.linalg.norm(g) <= tolerance:
+            return x
+        d = solve(hessian(x), -g)
+        step, here = 1.0, objective(x)
+        while not objective(x + step * d) <= here + 1e-4 * step * g.dot(d):
+            step *= 0.5
+        x = x + step * d
+    return x
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "words"),
+    [
+        ("", "", ""),
+        ("while not", "while", "a not is missing"),
+        ("*= 0.5", "*= 2", "does not make step smaller"),
+        ("*= 0.5", "/= 0.5", "does not make step smaller"),
+        ("*= 0.5", "-= 0.5", "past zero"),
+        ("<= tolerance", "> tolerance", "<= belongs there"),
+        ("here = 0.0\n", "H = hessian(x)\n", ""),
+        ("here = 0.0\n", "g = gradient(x)\n", ""),
+        ("solve(hessian(x)", "solve(H", "worked out once, before the loop: x changes in it, and H does not"),
+    ],
+)
+def test_slips_of_a_line_search_are_seen_in_the_text(right, wrong, words, tmp_path):
+    head = f"import numpy as np\ndef newtons_method({', '.join(a.name for a in TABLE['newtons_method'].arguments)}):"
+    body = NEWTON.replace(right, wrong, 1) if right else NEWTON
+    (tmp_path / "newton.py").write_text(
+        head + body.replace("here = 0.0", "H = hessian(x)", "solve(H" in body)
+    )
+    told = reading.told(muslin.load(tmp_path, "solids").newtons_method)
+    assert len(told) == bool(words), told
+    assert not words or words in told[0]
+
+
 def test_nothing_is_noticed_in_a_right_newtons_method():
     for folder in (paths.solution("solids"), paths.assignment("solids")):
         assert reading.told(muslin.load(folder, "solids").newtons_method) == []

@@ -91,4 +91,97 @@ def _sorted(node: ast.AST) -> str:
     return ast.unparse(node)
 
 
-PLAIN = (_in_place, _lets_nan_pass, _not_called, _goes_elsewhere)
+def _searches(page: Page) -> Iterator[ast.While]:
+    """Loops that go on according to what a given function comes to."""
+    for loop in nodes(page.node):
+        if isinstance(loop, ast.While) and _called(loop.test, page):
+            yield loop
+
+
+def _called(node: ast.AST, page: Page) -> list[ast.Call]:
+    """Where functions that were given are called."""
+    calls = [n for n in nodes(node) if isinstance(n, ast.Call)]
+    return [n for n in calls if isinstance(n.func, ast.Name) and n.func.id in page.arguments]
+
+
+def _goes_on_while_good(page: Page) -> Iterator[Note]:
+    """A search for a lower value that goes on as long as it has one."""
+    for loop in _searches(page):
+        for test in loop.test.values if isinstance(loop.test, ast.BoolOp) else [loop.test]:
+            if not isinstance(test, ast.Compare) or not isinstance(test.ops[0], (ast.Lt, ast.LtE)):
+                continue
+            if test.left in _called(test, page):
+                words = "the loop goes on while it is low enough, and ends where it is not: a not is missing."
+                yield page.note(test, words, compiles=True)
+
+
+def _does_not_shorten(page: Page) -> Iterator[Note]:
+    """A step that is tried again without being halved."""
+    for loop in _searches(page):
+        tried = {n.id for call in _called(loop.test, page) for n in nodes(call) if isinstance(n, ast.Name)}
+        changes = [n for n in nodes(loop) if isinstance(n, ast.AugAssign) and name_of(n.target) in tried]
+        for change in changes:
+            by = change.value.value if isinstance(change.value, ast.Constant) else None
+            if not isinstance(by, (int, float)):
+                continue
+            longer = isinstance(change.op, ast.Add)
+            longer |= (isinstance(change.op, ast.Mult) and by >= 1) or (
+                isinstance(change.op, ast.Div) and by <= 1
+            )
+            name = name_of(change.target)
+            if longer:
+                words = f"this does not make {name} smaller: halve it, {name} = {name} / 2."
+                yield page.note(change, words, compiles=True)
+            elif isinstance(change.op, ast.Sub):
+                words = f"this takes {name} past zero: halve it, {name} = {name} / 2."
+                yield page.note(change, words, compiles=True)
+
+
+def _stops_while_far(page: Page) -> Iterator[Note]:
+    """An end where something is still longer than it may be."""
+    for test in nodes(page.node):
+        if not (isinstance(test, ast.If) and isinstance(test.body[0], (ast.Break, ast.Return))):
+            continue
+        compared = test.test
+        if not isinstance(compared, ast.Compare) or not isinstance(compared.ops[0], (ast.Gt, ast.GtE)):
+            continue
+        limit = compared.comparators[0]
+        if (
+            "norm" in ast.unparse(compared.left)
+            and isinstance(limit, ast.Name)
+            and limit.id in page.arguments
+        ):
+            words = f"this ends where it is longer than {limit.id}; the end is where it is shorter: <= belongs there."
+            yield page.note(compared, words, compiles=True)
+
+
+def _asked_once(page: Page) -> Iterator[Note]:
+    """What hangs on an argument, worked out before a loop that changes the argument, and used in it."""
+    for loop in page.node.body:
+        if not isinstance(loop, (ast.For, ast.While)):
+            continue
+        stored = {n.id for n in nodes(loop) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        read = {n.id for n in nodes(loop) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+        for line in page.node.body[: page.node.body.index(loop)]:
+            if not isinstance(line, ast.Assign) or not isinstance(line.targets[0], ast.Name):
+                continue
+            name = line.targets[0].id
+            places = {
+                n.id for call in _called(line.value, page) for n in nodes(call) if isinstance(n, ast.Name)
+            }
+            moved = sorted(places & stored & set(page.sizes))
+            if moved and name in read and name not in stored:
+                words = f"this is worked out once, before the loop: {moved[0]} changes in it, and {name} does not."
+                yield page.note(line, words, compiles=True)
+
+
+PLAIN = (
+    _in_place,
+    _lets_nan_pass,
+    _not_called,
+    _goes_elsewhere,
+    _goes_on_while_good,
+    _does_not_shorten,
+    _stops_while_far,
+    _asked_once,
+)
