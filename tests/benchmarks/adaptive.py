@@ -1,8 +1,8 @@
 """Whether an adaptive cloth is nearer to the truth than a uniform one in the same time: error against time.
 
-    python tests/benchmarks/adaptive.py [drape | cape] [--truth 100] [--steps 480] [--picture FILE.png]
+    python tests/benchmarks/adaptive.py [drape] [cape] [--steps 480] [--pictures FOLDER]
 
-The scene as `muslin demo` has it (contact in the system, friction, bending), adaptive with several budgets and uniform
+A scene as `muslin demo` has it (contact in the system, friction, bending), adaptive with several budgets and uniform
 with several sizes, against a uniform cloth as fine as is feasible, three levels finer than the one adaptive cloth
 begins with. A second cloth as fine, one vertex more along each side, says how well the truth is known: what is as near
 cannot be told from it. Each run has its own process and one thread, and its time is the processor's, without what is
@@ -24,12 +24,13 @@ from typing import Any
 import numpy as np
 from scipy.spatial import cKDTree
 
-#: Of each scene: parameters, vertices along a side of uniform cloths, and of the one that adaptive cloth begins with.
-SCENES: dict[str, tuple[dict[str, Any], tuple[int, ...], int]] = {
-    "drape": ({"ground": -0.3}, (20, 32, 48, 64), 20),
-    "cape": ({}, (11, 17, 26, 40), 11),
+#: Of each scene: parameters, vertices along a side of uniform cloths, of the one adaptive cloth begins with, its levels
+#: (a cape's arms are as thin as the triangles of the third), and steps.
+SCENES: dict[str, tuple[dict[str, Any], tuple[int, ...], int, int, int]] = {
+    "drape": ({"ground": -0.3}, (20, 32, 48, 64), 20, 2, 480),
+    "cape": ({}, (11, 17, 26, 40), 11, 3, 240),
 }
-ADAPTIVE = {"adaptive": "on", "levels": 2, "adapt_every": 4}
+ADAPTIVE = {"adaptive": "on", "adapt_every": 4}
 BUDGETS = (1000, 2000, 4000)
 
 
@@ -118,34 +119,40 @@ def errors(
 
 
 def main() -> None:
-    """Run all, print a table and draw the curves."""
+    """Run all, print tables and draw the curves."""
+    reading = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
+    reading.add_argument("scenes", nargs="*", help=f"of {', '.join(SCENES)}; default: all")
+    reading.add_argument("--steps", type=int, help="default: each scene's")
+    reading.add_argument("--pictures", type=Path, help="where to draw adaptive-SCENE.png")
+    reading.add_argument("--folder", type=Path, default=Path("build/adaptive"), help="for what runs end as")
+    asked = reading.parse_args()
+    asked.folder.mkdir(parents=True, exist_ok=True)
+    for scene in asked.scenes or SCENES:
+        compared(scene, asked.steps or SCENES[scene][4], asked.folder, asked.pictures)
+
+
+def compared(scene: str, count: int, folder: Path, pictures: Path | None) -> None:
+    """One scene: its table, and its curves into a folder of pictures."""
     from muslin.render.picture import write_png
     from muslin.render.plot import line_plot
     from muslin.simulation import scenes
 
-    reading = argparse.ArgumentParser(description=(__doc__ or "").splitlines()[0])
-    reading.add_argument("scene", nargs="?", default="drape", choices=SCENES)
-    reading.add_argument("--truth", type=int, default=0, help="vertices along each side")
-    reading.add_argument("--steps", type=int, default=480)
-    reading.add_argument("--picture", type=Path)
-    reading.add_argument("--folder", type=Path, default=Path("build/adaptive"), help="for what runs end as")
-    asked = reading.parse_args()
-    asked.folder.mkdir(parents=True, exist_ok=True)
-    scene, steps = asked.scene, {"steps": asked.steps}
-    _, sizes, begun = SCENES[scene]
-    finest = asked.truth or 5 * begun  # three levels: the square root of 27
-    truth = measured(scene, finest, steps, asked.folder / f"{scene}-truth.npz")
+    steps, (_, sizes, begun, levels, _) = {"steps": count}, SCENES[scene]
+    finest = 5 * begun  # three levels: the square root of 27
+    truth = measured(scene, finest, steps, folder / f"{scene}-truth.npz")
     runs = [("truth, one more", finest + 1, {})]
     runs += [(f"uniform {size}", size, {}) for size in sizes]
-    runs += [(f"adaptive, {budget}", begun, ADAPTIVE | {"budget": budget}) for budget in BUDGETS]
-    print(f"{scene}, truth: {truth['vertices']} vertices, {truth['time']:.1f} s, ", end="")
+    runs += [
+        (f"adaptive, {budget}", begun, ADAPTIVE | {"levels": levels, "budget": budget}) for budget in BUDGETS
+    ]
+    print(f"{scene}, {count} steps, truth: {truth['vertices']} vertices, {truth['time']:.1f} s, ", end="")
     print(f"elastic {truth['elastic']:.4f} J, bending {truth['bending']:.5f} J", flush=True)
     print(
         f"{'':16s} vertices  time [s]  adapting [%]  distance [mm]  outline [%]  elastic  bending [of the truth's]"
     )
     curves: dict[str, list[tuple[float, float]]] = {}
     for name, size, values in runs:
-        file = asked.folder / f"{scene}-{name.replace(', ', '-').replace(' ', '-')}.npz"
+        file = folder / f"{scene}-{name.replace(', ', '-').replace(' ', '-')}.npz"
         found = measured(scene, size, values | steps, file)
         off = errors(found, truth, scenes.get(scene).view)
         print(
@@ -156,13 +163,14 @@ def main() -> None:
             flush=True,
         )
         curves.setdefault(name.split()[0].rstrip(","), []).append((found["time"], off["distance"]))
-    if asked.picture:
+    if pictures:
         (end, known), least = curves.pop("truth")[0], min(t for line in curves.values() for t, _ in line)
         lines = {name: tuple(np.array(sorted(points)).T) for name, points in curves.items()}
         lines["the truth's own"] = np.array([least, end]), np.array([known, known])
         labels = ("processor time", "mean distance", "s", "m")
-        title = f"{scene} after {asked.steps} steps, against {truth['vertices']} vertices"
-        write_png(asked.picture, line_plot(lines, title, *labels, log_x=True, log_y=True, markers=True))
+        title = f"{scene} after {count} steps, against {truth['vertices']} vertices"
+        picture = line_plot(lines, title, *labels, log_x=True, log_y=True, markers=True)
+        write_png(pictures / f"adaptive-{scene}.png", picture)
 
 
 if __name__ == "__main__":
