@@ -221,3 +221,60 @@ def test_what_is_missing_in_a_loop_or_a_condition_is_told(task, body, words):
 )
 def test_a_number_beside_a_matrix_is_told_where_a_matrix_is_meant(task, body, words):
     assert words in told(task, body).mistake
+
+
+HESSIAN = """
+J = F.determinant()
+G = F.inverse().transpose()
+I1 = (F.transpose() @ F).trace()
+c, d = 2 * C * J ** (-2 / 3), 2 * D * J
+H = ti.Matrix.zero(float, 9, 9)
+for i, j, m, n in ti.ndrange(3, 3, 3, 3):
+    GG = G[i, j] * G[m, n]
+    turned = G[i, n] * G[m, j]
+    FG = F[i, j] * G[m, n] + G[i, j] * F[m, n]
+    H[3 * i + j, 3 * m + n] = c * (I1 / 9 * (2 * GG + 3 * turned) - 2 / 3 * FG)
+    H[3 * i + j, 3 * m + n] += d * ((2 * J - 1) * GG - (J - 1) * turned)
+    if i == m and j == n:
+        H[3 * i + j, 3 * m + n] += c
+return H
+"""
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "words"),
+    [
+        ("i == m and j == n", "i == n and j == m", "are exchanged in the condition"),
+        ("i == m and j == n", "i == m", "asks for too little: `j == n` must hold, too"),
+        ("G[i, n] * G[m, j]", "G[i, m] * G[n, j]", "Line 10: m and n are exchanged in `G[i, m] * G[n, j]`"),
+    ],
+)
+def test_indices_exchanged_in_one_place_of_a_large_loop_are_told(right, wrong, words):
+    assert words in told("d2psi_dF2", HESSIAN.replace(right, wrong, 1), "solids").mistake
+
+
+@pytest.mark.parametrize(
+    ("body", "words"),
+    [
+        (
+            """
+            m = rho * h * area / 12
+            if i == j and i > 0:
+                m = rho * h * area / 6
+            return m
+            """,
+            "too much in `i == j and i > 0`: without `i > 0` it is right",
+        ),
+        (
+            """
+            m = rho * h * area / 12
+            if i == 0 or i == j:
+                m = rho * h * area / 6
+            return m
+            """,
+            "too little in `i == 0 or i == j`: without `i == 0` it is right",
+        ),
+    ],
+)
+def test_a_condition_too_many_is_told(body, words):
+    assert words in told("mass_block", body).mistake

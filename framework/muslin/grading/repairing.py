@@ -34,7 +34,7 @@ from muslin.reading.source import Source
 
 #: Most changes that are looked at; most that are worked out to the end, for all entries, for one of them alone, and
 #: where many passes of a loop are worked out at once.
-LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 2000, 250, 1500
+LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 2000, 250, 2200
 
 #: Most steps taken for one function: they bound the time, whatever the text is.
 SPENT = 300_000

@@ -34,6 +34,7 @@ def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
     scores = [sum(_is_known(search, values, key) for key in touched) for values in seen]
     best = max(scores)
     alike = [change for change, score in zip(found, scores, strict=True) if score == best]
+    alike.sort(key=lambda change: change.detail == "normalized")  # that takes a factor away, too
     same = [change for change in alike if change.kind == alike[0].kind]
     first = min(same, key=lambda change: change.line)
     other = next((change for change in alike if _as_plain(change, first)), None)

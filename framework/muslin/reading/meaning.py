@@ -328,9 +328,13 @@ class Meaning:
     def _if(self, statement: ast.If, env: dict[str, Any]) -> Any:
         holds = self.value(statement.test, env)
         dirty = not self._clean(statement.test)
+        inside = self._inside(statement)
+        given = _assigned(statement).union(
+            *(_assigned(new) for key, new in self._over.items() if key in inside)
+        )
         if not isinstance(holds, np.ndarray):
             if dirty:
-                self._dirty |= _assigned(statement)
+                self._dirty |= given
             return self._run(statement.body if holds else statement.orelse, env)
         holds = np.broadcast_to(holds != 0, (self.count,))
         yes, no = dict(env), dict(env)
@@ -343,7 +347,7 @@ class Meaning:
                 raise Unclear
         if wide is not None:
             wide.where = where
-        for name in _assigned(statement):
+        for name in given:
             if name in yes and name in no:
                 if yes[name] is not no[name]:
                     env[name] = chosen(holds, yes[name], no[name])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import itertools
+import re
 from collections.abc import Callable, Iterator, Mapping
 
 from muslin.reading.meaning import Meaning
@@ -25,11 +26,19 @@ SOONER = {
 LESS_PLAIN = KINDS.index("loop")
 
 
+#: Changes of conditions of which there are few: two indices exchanged, a condition more or less.
+FEW = re.compile("<->|^(and|or|no) |^(and|or)->")
+
+
 def _rank(repair: Repair) -> tuple[float, int, int]:
     """How plain a change is: one in one place before one in several, a number for a number before a name for it."""
     kind = float(KINDS.index(repair.kind))
     if repair.detail.startswith("target "):
         kind = KINDS.index("another")  # a name read is taken for another sooner than a name written
+    elif repair.kind == "condition" and FEW.search(repair.detail):
+        kind = KINDS.index("operation") + 0.5
+    elif repair.kind == "index" and "<->" in repair.detail and "[" not in repair.detail:
+        kind += 0.5  # two indices of loops, exchanged in one place
     elif len(repair.changes) > 1 and repair.kind != "condition":
         kind += LESS_PLAIN
     elif repair.detail.startswith("once, "):
@@ -165,15 +174,16 @@ class Changes:
             names = [
                 n
                 for n in loads
-                if isinstance(n, ast.Name) and n.id in variables and (tested or n.id not in scope.loops)
+                if isinstance(n, ast.Name) and n.id in variables and (where or n.id not in scope.loops)
             ]
             for a, b in itertools.combinations(dict.fromkeys(n.id for n in names), 2):
                 if variables[a] == variables[b] and not _difference(getattr(part, "value", part)):
                     those = [n for n in names if n.id in (a, b)]
                     made: dict[int, ast.AST] = {id(n): name(b if n.id == a else a) for n in those}
                     words = f"{scope.said(a)} and {scope.said(b)} are exchanged{where}"
+                    counting = a in scope.loops and b in scope.loops
                     yield Repair(
-                        "condition" if tested else "name",
+                        "condition" if tested else "index" if counting else "name",
                         f"{a}<->{b}",
                         min(n.lineno for n in those),
                         words,

@@ -78,6 +78,9 @@ def changes(scope: Scope, node: Any) -> Found:
         yield from entries.changes(scope, node)
     elif isinstance(node, ast.Compare):
         yield from _comparisons(node)
+        yield from _two_conditions(scope, node)
+    elif isinstance(node, ast.BoolOp):
+        yield from _joined(node)
     if form is not None and not isinstance(node, (ast.Compare, ast.BoolOp)):
         yield from _around(scope, node, form)
 
@@ -103,7 +106,13 @@ def _signs(scope: Scope, node: Any, form: Form | None) -> Found:
 def _names(scope: Scope, node: ast.Name, form: Form | None) -> Found:
     here, counting = scope.context(node), scope.counting(node)
     for other, shape in scope.variables.items():
-        if other != node.id and shape == form and (other not in scope.loops or other in counting):
+        if (
+            other == node.id
+            or shape != form
+            or any((other in k) != (node.id in k) for k in (scope.loops, scope.whole))
+        ):
+            continue
+        if other not in scope.loops or other in counting:
             counts = "the index " if node.id in scope.loops and other in scope.loops else ""
             words = f"{counts}{scope.said(node.id)} stands in place of {scope.said(other)}{here}"
             yield "index" if counts else "name", f"{node.id}->{other}", words, name(other)
@@ -245,6 +254,32 @@ def _comparisons(node: ast.Compare) -> Found:
     )
 
 
+def _joined(node: ast.BoolOp) -> Found:
+    """One condition too many, or the wrong word between them."""
+    here, also = code(node), isinstance(node.op, ast.And)
+    word, other = ("and", "or") if also else ("or", "and")
+    words = f"the condition is not the right one: {word} stands in place of {other} in {here}"
+    yield "condition", f"{word}->{other}", words, ast.BoolOp(ast.Or() if also else ast.And(), node.values)
+    for k, value in enumerate(node.values):
+        rest = [v for q, v in enumerate(node.values) if q != k]
+        new = rest[0] if len(rest) == 1 else ast.BoolOp(node.op, rest)
+        much = "much" if also else "little"
+        words = f"the condition asks for too {much} in {here}: without {code(value)} it is right"
+        yield "condition", f"no {k}", words, new
+
+
+def _two_conditions(scope: Scope, node: ast.Compare) -> Found:
+    """A second condition that is missing: that two other indices agree."""
+    indices = sorted(scope.counting(node))
+    mine = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
+    if len(node.ops) != 1 or not isinstance(node.ops[0], ast.Eq) or not mine <= set(indices):
+        return
+    for a, b in itertools.combinations([key for key in indices if key not in mine], 2):
+        second = ast.Compare(name(a), [ast.Eq()], [name(b)])
+        words = f"the condition {code(node)} asks for too little: {code(second)} must hold, too"
+        yield "condition", f"and {a} == {b}", words, ast.BoolOp(ast.And(), [scope.alias(node), second])
+
+
 def _around(scope: Scope, node: ast.expr, form: Form) -> Found:
     """A method, a power, a guard that is missing around an expression."""
     inner, here, outer = scope.alias(node), code(node), scope.parent(node)
@@ -275,6 +310,9 @@ def _around(scope: Scope, node: ast.expr, form: Form) -> Found:
     if not ends and not (isinstance(outer, ast.BinOp) and isinstance(outer.op, ast.Pow)):
         square = ast.BinOp(inner, ast.Pow(), ast.Constant(2))
         yield "power", f"{like(node)} squared", f"a square is missing: {here} should be squared", square
+    if isinstance(outer, ast.BinOp) and isinstance(outer.op, ast.Div) and outer.right is node:
+        words = f"a power is missing: {here} should be cubed"
+        yield "power", f"{like(node)} cubed", words, ast.BinOp(inner, ast.Pow(), ast.Constant(3))
     words = f"a root is missing: the square root of {here} should be taken"
     yield "power", f"{like(node)} root", words, function("sqrt", inner)
     words = f"an absolute value is missing around {here}"

@@ -5,7 +5,8 @@ from __future__ import annotations
 import ast
 import itertools
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from functools import partial
 from typing import Any
 
 from muslin.reading.repairs.alike import renumbered
@@ -17,6 +18,7 @@ from muslin.reading.repairs.pieces import (
     function_of,
     like,
     name,
+    replaced,
     text_of,
 )
 from muslin.reading.repairs.scope import Scope
@@ -58,6 +60,7 @@ def _targets(scope: Scope, node: ast.Assign | ast.AugAssign) -> Iterator[Repair]
                     made = [choice if q == k else p for q, p in enumerate(parts)]
                     index = ast.Tuple(made, ast.Load()) if len(made) > 1 else made[0]
                     others.append(ast.Subscript(target.value, index, ast.Store()))
+        yield from _turned_targets(scope, node, target)
     for other in others:
         new: ast.stmt = ast.Assign([other], node.value)
         if isinstance(node, ast.AugAssign):
@@ -66,6 +69,25 @@ def _targets(scope: Scope, node: ast.Assign | ast.AugAssign) -> Iterator[Repair]
         yield Repair(
             "loop", f"target {text_of(target)}->{text_of(other)}", node.lineno, words, {id(node): new}
         )
+
+
+def _turned_targets(
+    scope: Scope, node: ast.Assign | ast.AugAssign, target: ast.Subscript
+) -> Iterator[Repair]:
+    """Two indices exchanged in the entry that gets a value."""
+    inside = {n.id for n in ast.walk(target.slice) if isinstance(n, ast.Name) and n.id in scope.loops}
+    for a, b in itertools.combinations(sorted(inside), 2):
+        turned = replaced(target.slice, partial(_exchanged, {a: b, b: a}))
+        made = ast.Subscript(target.value, turned, ast.Store())
+        new: ast.stmt = ast.Assign([made], node.value)
+        if isinstance(node, ast.AugAssign):
+            new = ast.AugAssign(made, node.op, node.value)
+        words = f"{a} and {b} are exchanged in {code(target)}, where {code(made)} belongs"
+        yield Repair("loop", f"target {a}<->{b}", node.lineno, words, {id(node): new})
+
+
+def _exchanged(turn: Mapping[str, str], node: Any) -> ast.AST | None:
+    return name(turn[node.id]) if isinstance(node, ast.Name) and node.id in turn else None
 
 
 def _too_many(node: ast.Assign | ast.AugAssign, target: ast.expr) -> Repair:
