@@ -10,7 +10,7 @@ import pytest
 import muslin
 from muslin.base.errors import MuslinError
 from muslin.physics.colliders import Capsule, Plane, Sphere
-from muslin.physics.meeting import Pairs, meet, nearest_weights
+from muslin.physics.meeting import STRIDE, Pairs, meet, nearest_weights
 from muslin.simulation import guarded, integrators, scenes, simulating
 from muslin.simulation.runs import COLUMNS, RunFolder
 from muslin.simulation.touching import Pressed, Touching
@@ -301,3 +301,17 @@ def test_contacts_that_would_pull_are_let_go_where_points_of_triangles_hold_agai
     assert touching.release(rising.ravel())
     assert touching.presses.tolist() == [True, False]
     assert not touching.release(rising.ravel())
+
+
+def test_only_triangles_longer_than_a_collider_is_thick_are_watched_inside():
+    sphere = Sphere((0.0, 0.0, 0.0), 0.05)
+    triangle = np.array([[-1.0, 0.0, -1.0], [1.0, 0.0, -1.0], [0.0, 0.0, 1.0]])
+    x = np.concatenate([0.01 * triangle, 0.2 * triangle]) + np.array([0.0, 0.0501, 0.0])
+    triangles, longest = np.array([[0, 1, 2], [3, 4, 5]]), np.array([0.023, 0.45])
+    met = meet([sphere], x, np.zeros_like(x), 0.01, triangles=triangles, longest=longest)
+    inside = (met.weights > 0).sum(axis=1) > 1
+    assert met.corners[inside].tolist() == [[3, 4, 5]]
+    assert met.key[inside].tolist() == [STRIDE + 1]
+    assert met.corners[~inside, 0].tolist() == [0, 1, 2]
+    found = meet([sphere], x, np.zeros_like(x), 0.01, triangles=triangles[:1], longest=longest[:1])
+    assert found.corners.shape[1] == 1
