@@ -183,7 +183,7 @@ def _roads(tables: Tables, choice: Choice, solution: str) -> str:
             line for line in body if not line.lstrip().startswith("#") and not CONSTANTS.search(line)
         )
         own.append(f"def {name}(s, {names}):\n{lines}")
-        for wrong in tables.energies["mistaken"]:
+        for wrong in (*entry.get("mistaken", ()), *tables.energies["mistaken"]):
             head = f"def {name}__{wrong['what'].replace(' ', '_')}(s, {names}):\n"
             said = f'    """{wrong["says"]}\n\n    {wrong["advice"]}\n    """\n'
             line = wrong["line"].replace("@names@", names)

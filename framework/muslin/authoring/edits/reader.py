@@ -34,9 +34,9 @@ class Reader:
                 self.said.setdefault(ast.unparse(node.target), f"the index {ast.unparse(node.target)}")
 
     def place(self, statement: ast.stmt) -> str:
-        """What a line computes, as its comment says."""
+        """What a line computes, as its comment says; of a line without one, no more than whose it is."""
         line = self.source[(statement.end_lineno or statement.lineno) - 1]
-        return line.partition("#")[2].strip() or "the formula"
+        return line.partition("#")[2].strip() or "your answer"
 
     def shown(self, node: ast.AST) -> str:
         """What stands somewhere: as it is written where that is short and made of arguments, else in words."""
