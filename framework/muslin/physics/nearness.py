@@ -10,7 +10,6 @@ from dataclasses import dataclass, fields
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 
 from muslin.physics.meeting import nearest_weights
 
@@ -22,7 +21,7 @@ PARALLEL, END = 1e-3, 1e-6
 LOOKS, SHORT = 16, 1e-3
 
 #: Multiple of the wanted distance beyond which a pair does not count, nearest as it comes.
-FAR = 4.0
+FAR = 2.0
 
 
 @dataclass(frozen=True)
@@ -52,13 +51,6 @@ class Near:
         new = ~np.isin(other.key, self.key)
         pairs = ((getattr(self, f.name), getattr(other, f.name)[new]) for f in fields(self))
         return Near(*(np.concatenate(pair) for pair in pairs))
-
-    def jacobian(self, n: int) -> sp.csr_matrix:
-        """(c, 3n): how fast they part, from the velocities of n vertices."""
-        values = self.weights[:, :, None] * self.normals[:, None, :]
-        columns = 3 * self.corners[:, :, None].astype(np.int32) + np.arange(3, dtype=np.int32)
-        indptr = np.arange(0, 12 * len(self) + 1, 12, dtype=np.int32)
-        return sp.csr_matrix((values.ravel(), columns.ravel(), indptr), shape=(len(self), 3 * n))
 
 
 def near(candidates: Any, mesh: Any, x: np.ndarray, way: np.ndarray, wanted: float) -> Near:

@@ -23,6 +23,9 @@ NEAREST, KEPT = 0.25, 0.5
 #: Share of the least distance that a way may close where there is less than that.
 NEARER = 0.5
 
+#: Share of the gap below which that is all but nothing, a smaller one: distances must not come down to rounding.
+LEAST, CLOSER = 0.02, 0.1
+
 #: Share of the gap by which a step moves things apart.
 PUSH = 0.125
 
@@ -66,7 +69,6 @@ class SelfContact:
         self._mesh, self.gap = surface(X, triangles), float(gap)
         self._masses = masses
         self.narrow = ipctk.AdditiveCCD(conservative_rescaling=0.99)
-        self._repulsion = ipctk.BarrierPotential(ipctk.CubicBarrier(), self.gap, 1.0)
 
     def crosses(self, x: np.ndarray) -> bool:
         """Whether a triangle crosses another at positions (n, 3)."""
@@ -80,17 +82,6 @@ class SelfContact:
         """The straight way from x to a goal, (n, 3) each, but for where that takes the whole."""
         return Way(self, x, goal - self.drift(goal - x))
 
-    def push(self, x: np.ndarray) -> np.ndarray | None:
-        """What moves apart what is nearer than the gap, without a change of momentum, (n, 3) [m]; None: nothing is."""
-        here, close = np.asfortranarray(x), require().NormalCollisions()
-        close.build(self._mesh, here, self.gap)
-        if not len(close):
-            return None
-        forces = -self._repulsion.gradient(close, self._mesh, here).reshape(-1, 3)
-        size = np.sqrt((forces**2).sum(axis=1, keepdims=True))
-        push = PUSH * self.gap * forces / np.maximum(size, self.gap**3)
-        return np.asarray(push - self.drift(push))
-
 
 class Way:
     """What a surface may meet on a straight way."""
@@ -103,7 +94,10 @@ class Way:
         close = require().NormalCollisions()
         close.build(self._candidates, contact._mesh, self._ends[0], contact.gap)
         now = float(np.sqrt(close.compute_minimum_distance(contact._mesh, self._ends[0])))
-        self._least = min(NEAREST * contact.gap, (1 - NEARER) * now)
+        #: whether something is too near at its beginning
+        self.is_near = now < NEAREST * contact.gap
+        floor = min(LEAST * contact.gap, (1 - CLOSER) * now)
+        self._least = min(NEAREST * contact.gap, max((1 - NEARER) * now, floor))
 
     def is_free(self) -> bool:
         """Whether everything stays further apart than `NEAREST` on it, or comes less than `NEARER`."""

@@ -204,7 +204,7 @@ def _lift(model: Model, state: State, dt: float, touching: Touching) -> np.ndarr
     return way * min(1.0, LIFTED * dt / farthest) if farthest > 0 else way
 
 
-def _moved(model: Model, x: np.ndarray, way: np.ndarray) -> np.ndarray:
+def moved(model: Model, x: np.ndarray, way: np.ndarray) -> np.ndarray:
     """Where a body that has been updated to x goes along a way, both (n, 3) [m]: as far as that does not strain it.
 
     What a way out strains the body is stored, and makes speed later: no more of that than `FORCE` would do.
@@ -256,7 +256,7 @@ def _landed(
         lifted = _free(model, x, x + lifted, np.zeros_like(x), lifted)
         model.body.update(x)
         unlifted = model.body.energy_here() + model.potential(x)
-        x = _moved(model, x, lifted)
+        x = moved(model, x, lifted)
     model.body.update(x)
     model.prepare()
     if lifted is not None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, field
@@ -135,12 +136,9 @@ class Model:
         pinned[self.pinned] = True
         blocks = body.pattern.layout
         system = (blocks.row, blocks.col, pinned, self.solver, self.project, body.X, self.tolerance)
-        self.system = System(
-            *system,
-            solid=body.pattern.corners == 4,
-            varying=self.barrier is not None,
-            lasting=self.lasting,
-        )
+        make = functools.partial(System, *system, solid=body.pattern.corners == 4, lasting=self.lasting)
+        self.system = make(varying=self.barrier is not None)
+        self._make = make
         self._assemble = body.assembly(self.system.layout, self.system.data)
         self._couple = body.assembly(self.system.coupling)
         self._impulse = body.impulse(self.damping)
@@ -223,6 +221,20 @@ class Model:
             self.add_to_diagonal(
                 np.array([self.spring.vertex]), dt**2 * self.spring.stiffness * np.eye(3)[None]
             )
+
+    @functools.cached_property
+    def varying(self) -> System:
+        """A system like `system`, with the same pins, to which any `more` may be added."""
+        return self._make(varying=True)
+
+    @functools.cached_property
+    def _assemble_varying(self) -> Assembly:
+        return self.body.assembly(self.varying.layout, self.varying.data)
+
+    def assemble_varying(self, dt: float) -> None:
+        """Write M + dt (dt + damping) K at the body's current positions into `varying`, without spring or contacts."""
+        self.body.prepare("hessian", project=self.project)
+        self._assemble_varying(dt * (dt + self.damping) if self.damping else dt**2)
 
     def add_to_diagonal(self, vertices: np.ndarray, blocks: np.ndarray) -> None:
         """Add (k, 3, 3) blocks to those of distinct vertices (k,) in the matrix just assembled."""

@@ -92,8 +92,9 @@ class Touching:
         stiffness: float | np.ndarray,
         friction: float = 0.0,
     ):
-        self.pairs, self.dt, self.stiffness, self.friction = pairs, dt, stiffness, friction
         count = len(pairs)
+        self.pairs, self.dt, self.friction = pairs, dt, friction
+        self.stiffness = np.broadcast_to(stiffness, count)
         along = np.einsum("ij,ij->i", pairs.normals, pairs.velocities)
         self.inside = pairs.gaps < -SHALLOW
         #: least normal velocity of each pair's point, (c,) [m/s]
@@ -112,7 +113,9 @@ class Touching:
             self._slid[self.known] = pressed.slide[before]
             self._lag[self.known] = pressed.impulse[before]
             speed = np.maximum(pressed.speed[before], 1e-300)
-            self.grip[self.known] = np.minimum(friction * pressed.impulse[before] / speed, stiffness)
+            self.grip[self.known] = np.minimum(
+                friction * pressed.impulse[before] / speed, self.stiffness[self.known]
+            )
         self.rubs = bool(self.grip.any())
 
     def _along(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -176,6 +179,10 @@ class Touching:
         self.presses = self.presses & (push >= 0)
         return True
 
+    def deepest(self, v: np.ndarray) -> float:
+        """How fast the point that goes inwards fastest does so, beyond what it may [m/s]."""
+        return -float(self._along(v)[1].min(initial=0.0))
+
     def blocks(self, presses: np.ndarray) -> np.ndarray:
         """Hessian of what each pair adds, in its point, (c, 3, 3) [kg], where these press."""
         n = self.pairs.normals
@@ -183,6 +190,17 @@ class Touching:
         blocks = (normal - self.grip)[:, None, None] * n[:, :, None] * n[:, None, :]
         blocks[:, [0, 1, 2], [0, 1, 2]] += self.grip[:, None]
         return blocks
+
+    def matrix(self, presses: np.ndarray, n: int) -> sp.csc_matrix:
+        """Hessian of what all pairs add, (3n, 3n) [kg], where these press."""
+        which = np.flatnonzero(presses | (self.grip > 0))
+        corners, weights = self.pairs.corners[which], self.pairs.weights[which]
+        rows = weights[:, :, None] * weights[:, None, :]
+        values = rows[:, :, :, None, None] * self.blocks(presses)[which][:, None, None]
+        unknown = 3 * corners[:, :, None] + np.arange(3)
+        row = np.broadcast_to(unknown[:, :, None, :, None], values.shape)
+        col = np.broadcast_to(unknown[:, None, :, None, :], values.shape)
+        return sp.csc_matrix((values.ravel(), (row.ravel(), col.ravel())), shape=(3 * n, 3 * n))
 
     def pull(self, presses: np.ndarray, n: int) -> np.ndarray:
         """Right-hand side (n, 3) of a system to which `blocks` were added [N s]."""
@@ -269,7 +287,7 @@ class Touching:
         speed = np.zeros(len(which))
         if self.friction:
             now = np.linalg.norm(slide, axis=1)
-            held = self.grip[which] >= self.stiffness
+            held = self.grip[which] >= self.stiffness[which]
             needed = np.linalg.norm(rub[which], axis=1)
             slips = (needed - self.friction * push) / mass[which]
             before = np.linalg.norm(self._slid[which], axis=1)

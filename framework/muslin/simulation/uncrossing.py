@@ -1,127 +1,220 @@
 """Steps that end where a body does not cross itself, though they did not know of it when they were solved.
 
-A step is solved as if there were no other part of the body in the way. What would meet is then kept apart: with the
-system A = M + dt^2 K of the step and its goal g, positions y are sought for which
+Where a step leads through something, velocities v are sought that would have been its own, had it known: with
 
-    1/2 (y - g)^T A (y - g)    is least where    J y >= d,
+    Phi(v) = 1/2 v^T M v + V(q + dt v)
 
-a row for each pair that meets on the way, with the half space that it may end in (`muslin.physics.nearness`). These are
-the step's own equations with contacts in them: y - g = A^-1 J^T lambda, where impulses lambda >= 0 keep apart what
-touches and nothing else, so that momentum is kept and nothing is held that could slide or fall. The way there is looked
-at again, and what is met now is added; it is gone as far as nothing is met (continuous collision detection), so that
-the last word is not the linear system's. What cannot be gone is lost.
+and its own answer w, they minimise Phi(v) - Phi'(w) v + S(v), which without S is least at w. S has a one-sided spring
+for each pair of points that meets on the way (`muslin.physics.nearness`), as there is one for each contact with a
+collider (`touching`). Springs act between parts of the body, so that momentum is kept; they push and never pull, so
+that nothing is held that could slide or fall. The energies V are the body's own, not a linear system's word: a push
+must not strain the body more than it has to. Then the way is looked at again, and what is met now is added.
+
+It is gone as far as nothing is met (continuous collision detection); what cannot be gone is lost.
 """
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 
+from muslin.physics.meeting import Pairs
 from muslin.physics.nearness import Near
 from muslin.physics.selfcontact import KEPT, PUSH, Way
+from muslin.simulation import guarded
 from muslin.simulation.model import Model, State
-from muslin.solve import nonnegative
+from muslin.simulation.touching import Pressed, Touching
 
-#: How often the way is looked at in a step at most.
-ROUNDS = 8
+#: How often the way is looked at in a step at most, and iterations of Newton's method each time.
+ROUNDS, ITERATIONS = 8, 6
 
-#: Products with A^-1 in a round at most.
-ITERATIONS = 30
+#: How much harder the springs are than the body is where they act.
+HARDER = 100.0
 
-#: What contacts give way, as a share of what a vertex of A alone does: pairs next to each other say the same twice.
-COMPLIANCE = 0.01
+#: Share of the gap by which points may go on after Newton's method beyond where they are to end.
+DEEPEST = 0.1
+
+#: Share of the slope's promise that one of Newton's steps must keep, and how often it, or a way, is halved at most.
+KEEPS, HALVES = 1e-4, 10
+
+#: Share of the energy that is its rounding.
+ROUNDING = 1e-12
 
 
 def uncrossed(model: Model, state: State, following: State, dt: float, before: float) -> State:
     """The state that a step from one to the following really ends with; `before` is the energy there was [J].
 
-    Its velocity is that of the way really gone. Where it is known what is put in (contacts in the system), what is lost
-    of the way must not add to the energy, either: what moves relative to the whole is slowed down by as much.
+    Its velocity is that of the way really gone. Where it is known what is put in (contacts in the system), the energy
+    does not rise by what is done here: what moves relative to the whole is slowed down, and if that is not enough, goes
+    less far.
     """
     contact = model.self_contact
     assert contact is not None
-    push = contact.push(state.x)
-    goal = following.x if push is None else following.x + push
-    way = contact.way(state.x, goal)
-    if way.is_free():
-        if push is None:
-            return following
-        reached, v = goal, following.v
-    else:
-        reached = _Apart(model, state, dt, following.x).reached(way)
-        v = following.v + (reached - following.x) / dt
-    after = State(
-        reached, v, following.time, following.contacts, following.pressed, following.work, following.before
-    )
+    way = contact.way(state.x, following.x)
+    if way.is_free() and not way.is_near:
+        return following
+    apart = _Apart(model, state, following, dt)
+    reached = apart.reached(way)
+    v = following.v + (reached - following.x) / dt
+    after = dataclasses.replace(following, x=reached, v=v)
     if model.contact == "solve":
-        model.body.update(reached)
-        excess = model.energy(after) - before - (following.work - state.work)
-        if excess > 0:
-            after.v = _slower(model, v, excess)
+        after = _guarded(model, state, after, before)
+    return apart.lifted(after)
+
+
+def _guarded(model: Model, state: State, following: State, before: float) -> State:
+    """As far of a step as adds no energy beyond its work, with the body updated to there."""
+    most = before + following.work - state.work + ROUNDING * abs(before)
+    way, v = following.x - state.x, following.v
+    drift, mean = (model.lumped @ u / model.lumped.sum() for u in (way, v))
+    for part in 0.5 ** np.arange(HALVES):
+        x = state.x + drift + part * (way - drift)
+        after = dataclasses.replace(following, x=x, v=mean + part * (v - mean))
+        model.body.update(x)
+        if (excess := model.energy(after) - most) > 0:
+            after.v = _slower(model, after.v, excess)
+        if model.energy(after) <= most:
+            break
     return after
 
 
 class _Apart:
     """The way of a step that would cross the body with itself."""
 
-    def __init__(self, model: Model, state: State, dt: float, goal: np.ndarray):
+    def __init__(self, model: Model, state: State, following: State, dt: float):
         assert model.self_contact is not None
-        self.contact, self.model, self.goal, self.x = model.self_contact, model, goal, state.x
+        self._contact, self._model, self._dt = model.self_contact, model, dt
+        self._x, self._goal = state.x, following.x
+        self._own = (following.x - state.x) / dt
+        self._met: Near | None = None
         body = model.body
         body.update(state.x)
-        model.assemble(dt)
-        if model.contact == "solve" and (touching := model.touching(state, dt)):
-            model.add(touching, touching.presses, None)
-        self._loose = np.repeat(1.0 / model.diagonal(dt).max(axis=1), 3)
-        self._pairs: Near | None = None
-        self._impulses: np.ndarray = np.zeros(0)
-        model.system.solve(np.zeros_like(state.x))  # factorises
+        model.prepare()
+        self._loose = 1.0 / model.diagonal(dt).max(axis=1)
+        hard = model.touching(state, dt) if model.contact == "solve" else None
+        self._touching = [self._softer(hard, state.pressed)] if hard else []
+        body.update(following.x)
+        self._slope = self._gradient(self._own)
 
     def reached(self, way: Way) -> np.ndarray:
-        """Where it may end, (n, 3)."""
-        contact, here, aim = self.contact, self.x, self.goal
+        """Where the way may end, (n, 3)."""
+        x, goal, v = self._x, self._goal, self._own
+        colliders = self._touching
+        self._meet(way, colliders)
         for _ in range(ROUNDS):
-            aim = self._aim(here, way.meets())
-            way = contact.way(here, aim)
             if way.is_free():
-                return aim
-            share = way.reach()
-            drift = contact.drift(aim - here)
-            here = here + drift + share * (aim - here - drift)
-            way = contact.way(here, aim)
-        return here
+                return goal
+            v = self._solved(v)
+            goal = x + self._dt * v
+            way = self._contact.way(x, goal)
+            self._meet(way, colliders)
+        drift = self._contact.drift(goal - x)
+        return x + drift + way.reach() * (goal - x - drift)
 
-    def _aim(self, here: np.ndarray, met: Near) -> np.ndarray:
-        """The goal, but for what would meet, (n, 3)."""
-        n = len(here)
-        if self._pairs is None or not len(self._pairs):
-            pairs, start = met, np.zeros(len(met))
-        else:
-            pairs = self._pairs.joined(met)
-            start = np.concatenate([self._impulses, np.zeros(len(pairs) - len(self._impulses))])
-        jacobian = pairs.jacobian(n)
-        now = jacobian @ here.ravel()
-        gap = self.contact.gap
-        wanted = np.minimum(np.maximum(now, 0.0) + PUSH * gap, KEPT * gap)
-        ahead = jacobian @ self.goal.ravel() - wanted
-        loose = jacobian.multiply(jacobian) @ self._loose
-        root = 1 / np.sqrt(loose)
+    def lifted(self, after: State) -> State:
+        """The state with what is too near moved apart a little, as the body follows; that makes no speed."""
+        model, x = self._model, after.x
+        apart, gap = self._touching[-1], self._contact.gap
+        distance = np.einsum("ij,ij->i", apart.pairs.normals, apart.pairs.at(x))
+        wanted = np.clip(KEPT * gap - distance, 0.0, PUSH * gap)
+        model.body.update(x)
+        if not wanted.any():
+            return after
+        self._write([*(t.inside for t in self._touching[:-1]), wanted > 0])
+        pull = apart.spread((apart.stiffness * wanted)[:, None] * apart.pairs.normals, len(x))
+        lift = model.varying.solve(pull)
+        drift = self._contact.drift(lift)
+        share = self._contact.way(x, x + lift).reach()
+        stored = model.elastic(x) + model.potential(x)
+        there = guarded.moved(model, x, drift + share * (lift - drift))
+        model.body.update(there)
+        work = model.elastic(there) + model.potential(there) - stored
+        return dataclasses.replace(after, x=there, work=after.work + work)
 
-        def part(y: np.ndarray) -> np.ndarray:
-            return self._again((root * y) @ jacobian)
+    def _meet(self, way: Way, colliders: list[Touching]) -> None:
+        """Add what meets on a way to what touches."""
+        met = way.meets()
+        self._met = met = met if self._met is None else self._met.joined(met)
+        pairs = Pairs(
+            met.key,
+            met.corners,
+            met.weights,
+            met.normals,
+            np.zeros(len(met)),
+            np.zeros((len(met), 3)),
+            np.zeros(len(met), bool),
+        )
+        pairs.gaps[:] = np.einsum("ij,ij->i", met.normals, pairs.at(self._x)) - KEPT * self._contact.gap
+        self._touching = [*colliders, Touching(pairs, Pressed(), self._dt, self._stiffness(pairs))]
 
-        def times(y: np.ndarray) -> np.ndarray:
-            return root * (jacobian @ part(y)) + COMPLIANCE * y
+    def _stiffness(self, pairs: Pairs) -> np.ndarray:
+        return HARDER / np.einsum("ck,ck->c", pairs.weights**2, self._loose[pairs.corners])
 
-        enough = PUSH / 2 * gap * root
-        y = nonnegative.minimise(times, root * ahead, start / root, enough, ITERATIONS)
-        kept = y > 0
-        self._pairs = Near(pairs.key[kept], pairs.corners[kept], pairs.weights[kept], pairs.normals[kept])
-        self._impulses = (root * y)[kept]
-        return self.goal + part(y).reshape(-1, 3) if kept.any() else self.goal
+    def _softer(self, hard: Touching, pressed: Pressed) -> Touching:
+        """Contacts with colliders that push at the step's own velocities as they do, but are no harder than others.
 
-    def _again(self, b: np.ndarray) -> np.ndarray:
-        """A^-1 b."""
-        return self.model.system.again(b.reshape(-1, 3)).ravel()
+        With very hard ones Newton's method would have to halve each step that drives something into a collider.
+        """
+        pairs = hard.pairs
+        soft = Touching(pairs, pressed, self._dt, self._stiffness(pairs), hard.friction)
+        along = np.einsum("ij,ij->i", pairs.normals, pairs.at(self._own))
+        inwards = np.maximum(hard.least - along, 0.0)
+        soft.least = np.where(inwards > 0, along + hard.stiffness / soft.stiffness * inwards, hard.least)
+        return soft
+
+    def _place(self, v: np.ndarray) -> np.ndarray:
+        return self._x + self._dt * v
+
+    def _value(self, v: np.ndarray) -> float:
+        """The function, where the body is updated to now."""
+        model, place = self._model, self._place(v)
+        model.body.update(place)
+        change = (v - self._own).ravel()
+        elastic = self._weight * (model.body.energy_here() + model.potential(place))
+        return (
+            0.5 * float(change @ (model.body.mass @ change))
+            + elastic
+            - float(self._slope @ change)
+            + sum(t.value(v.ravel()) for t in self._touching)
+        )
+
+    @property
+    def _weight(self) -> float:
+        """Damping resists like more of the stiffness."""
+        return (self._dt + self._model.damping) / self._dt
+
+    def _gradient(self, v: np.ndarray) -> np.ndarray:
+        """Its gradient but for the tilt, where the body is, (3n,)."""
+        model = self._model
+        forces = model.body.gradient_here() - model.conservative_force(self._place(v))
+        r = model.body.mass @ (v - self._own).ravel() + self._weight * self._dt * forces.ravel()
+        return r + sum(t.gradient(v.ravel()) for t in self._touching)
+
+    def _write(self, presses: list[np.ndarray]) -> None:
+        """Write down the Hessian where the body is, with what presses of the colliders and of the body itself."""
+        n = len(self._x)
+        self._model.assemble_varying(self._dt)
+        self._model.varying.more = sum(
+            t.matrix(p, n) for t, p in zip(self._touching, presses, strict=True)
+        ).tocsc()
+
+    def _solved(self, v: np.ndarray) -> np.ndarray:
+        """Velocities that minimise it, from v."""
+        value, enough = self._value(v), DEEPEST * self._contact.gap / self._dt
+        for _ in range(ITERATIONS):
+            r = self._gradient(v) - self._slope
+            self._write([t.pressing(v.ravel()) for t in self._touching])
+            step = self._model.varying.solve(-r.reshape(-1, 3))
+            slope, length, start = float(r @ step.ravel()), 1.0, v
+            v, before, value = start + step, value, self._value(start + step)
+            while value > before + KEEPS * length * slope + ROUNDING * abs(before) and length > 0.5**HALVES:
+                length /= 2
+                v = start + length * step
+                value = self._value(v)
+            if length == 1 and max(t.deepest(v.ravel()) for t in self._touching) < enough:
+                break
+        return v
 
 
 def _slower(model: Model, v: np.ndarray, energy: float) -> np.ndarray:
