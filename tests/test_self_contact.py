@@ -22,7 +22,10 @@ pytest.importorskip("ipctk")
 
 
 def crossings(x, triangles):
-    """Number of (edge, triangle) pairs of x (n, 3) that cross, by plane sides and signed volumes."""
+    """Number of (edge, triangle) pairs of x (n, 3) that cross, by plane sides and signed volumes.
+
+    What is as good as in the plane (a flat sheet, to rounding) is on no side of it.
+    """
     pairs = np.sort(
         np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
     )
@@ -40,7 +43,9 @@ def crossings(x, triangles):
             return np.einsum("ij,ij->i", np.cross(v - u, w - u), at - u)
 
         P, Q = np.broadcast_to(x[p], a.shape), np.broadcast_to(x[q], a.shape)
-        sides = volume(a, b, c, P) * volume(a, b, c, Q) < 0
+        one, two = volume(a, b, c, P), volume(a, b, c, Q)
+        rounding = 16 * np.finfo(float).eps * np.abs(x).max() * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+        sides = (one * two < 0) & (np.minimum(np.abs(one), np.abs(two)) > rounding)
         around = np.sign([volume(P, Q, a, b), volume(P, Q, b, c), volume(P, Q, c, a)])
         count += int((sides & (np.abs(around.sum(axis=0)) == 3)).sum())
     return count
