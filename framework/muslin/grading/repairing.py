@@ -168,6 +168,10 @@ class Search(Needs):
         self._nodes = {id(n): n for f in self.changes.scope.functions for n in ast.walk(f)}
         self._tried = 0
 
+    def node(self, key: int) -> ast.AST | None:
+        """A node of the function, by its id."""
+        return self._nodes.get(key)
+
     def comes_to(self, got: Sequence[np.ndarray]) -> bool:
         """Whether the text, as it is read here, comes to what came."""
         came = self._flat(got)
@@ -358,7 +362,8 @@ class Search(Needs):
         slope = self.slope(node) if isinstance(node, ast.expr) else True
         if isinstance(slope, bool):
             return slope
-        if key not in self.meaning.here or (isinstance(slope, Target) and not isinstance(node, ast.Constant)):
+        given = isinstance(node, ast.Constant) and not change.detail.startswith("exponent")
+        if key not in self.meaning.here or (isinstance(slope, Target) and not given):
             return True  # another number than was found may be right, too
         made = np.asarray(self.meaning.alone(node, new), dtype=np.float64)
         if isinstance(slope, Spread):

@@ -6,6 +6,7 @@ change it comes to quantities that are known by name, after the other to their n
 
 from __future__ import annotations
 
+import ast
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
@@ -20,13 +21,19 @@ if TYPE_CHECKING:
 #: Share of the cases in which an expression must come to a result.
 MOST = 0.8
 
+#: Share of the best in known quantities from which a plainer change is told beside it.
+CLOSE = 0.5
+
 #: Kinds from which on a change is not told beside another one that does as well.
 LESS_PLAIN = KINDS.index("lacks term")
 
 
 def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
     """The change after which most expressions are known quantities; another one in its place, if it does as well."""
-    found = [change for change in found if len(change.changes) == 1] or found
+    single = min(
+        (KINDS.index(change.kind) for change in found if len(change.changes) == 1), default=len(KINDS)
+    )
+    found = [change for change in found if len(change.changes) == 1 or KINDS.index(change.kind) < single]
     if len(found) < 2:
         return found[0]
     seen = [_seen(search, change) for change in found]
@@ -37,6 +44,8 @@ def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
     alike.sort(key=lambda change: change.detail == "normalized")  # that takes a factor away, too
     same = [change for change in alike if change.kind == alike[0].kind]
     first = min(same, key=lambda change: change.line)
+    if scores[0] >= CLOSE * best and KINDS.index(found[0].kind) <= KINDS.index(first.kind):
+        alike = [found[0], *alike]
     other = next((change for change in alike if _as_plain(change, first)), None)
     return first if other is None else replace(first, instead=other)
 
@@ -47,7 +56,11 @@ def _seen(search: Search, change: Repair) -> Mapping[int, Any]:
     meaning.seen = {}
     try:
         meaning.otherwise(change.changes)
-        return {key: value for key, value in meaning.seen.items() if key in meaning.values}
+        return {
+            key: value
+            for key, value in meaning.seen.items()
+            if key in meaning.values and not isinstance(search.node(key), ast.Name)
+        }
     finally:
         meaning.seen = None
 
