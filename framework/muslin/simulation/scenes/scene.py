@@ -130,6 +130,7 @@ class Scene:
     drag: float = 0.0  # of the air [kg/m^3]
     start_at: Vec = (0.0, 0.0, 0.0)
     tilt: float = 0.0  # of a cloth that starts lying, about the x axis [degrees]
+    sag: float = 0.0  # how far corners hang below the middle of a sheet that falls onto a sphere [m]
     start_velocity: Vec = (0.0, 0.0, 0.0)
     stretch: Vec = (1.0, 1.0, 1.0)  # scales the start along each axis
     drag_vertex: int = -1  # the mouse: which vertex (none: -1), where to, how stiff
