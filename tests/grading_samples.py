@@ -175,6 +175,11 @@ def simulation(status: str = PASSED, sag: float = 0.0) -> Simulation:
             [t, 0.35 * swing * (1 + sag), 0.2 * swing**2 * (1 + sag), -0.55 * swing - 0.2 * swing**2], 1
         )
 
+    def momenta(sag: float) -> np.ndarray:
+        t = np.arange(61) / 240
+        turning = 1e-3 * np.outer(t, (1 + sag, 0.2, -0.5))
+        return np.hstack([np.outer(np.sin((9 + 8 * sag) * t), (0.0, -0.2, 2e-6)), turning])
+
     def rows(table: np.ndarray) -> tuple[tuple[float, ...], ...]:
         return tuple(tuple(row) for row in table.round(6).tolist())
 
@@ -198,6 +203,8 @@ def simulation(status: str = PASSED, sag: float = 0.0) -> Simulation:
         scene="drape",
         energies=rows(energies(sag)),
         reference_energies=rows(energies(0.0)),
+        momenta=rows(momenta(sag)),
+        reference_momenta=rows(momenta(0.0)),
         triangles=tuple(tuple(row) for row in triangles.tolist()),
         positions=rows(cloth(sag)),
         reference_positions=rows(cloth(0.0)),

@@ -131,6 +131,8 @@ def test_failed_tasks_are_open_and_the_others_closed():
         ({"energies": ((0.0, 1.0, 1.0, 1.0), (float("inf"), 1e300, float("nan"), None))}, "Elastic energy"),
         ({"energies": ((0.0, 1e30, 1.0, 1.0),) * 2}, "leaves the plot"),
         ({"energies": (), "reference_energies": ((0.0, 1.0, 1.0, 1.0),)}, "Elastic energy"),
+        ({"momenta": ((0.0, 1.0, float("nan"), None, 1e300, 0.0),) * 3}, "Linear momentum py"),
+        ({"momenta": (), "reference_momenta": ((1.0,) * 6,)}, "Angular momentum lz"),
     ],
 )
 def test_a_simulation_that_cannot_be_drawn_does_not_cost_the_report(change, said):
@@ -139,6 +141,19 @@ def test_a_simulation_that_cannot_be_drawn_does_not_cost_the_report(change, said
     text = views.render(record, "html", quality="draft")
     assert said in text
     assert not Page(text).open
+
+
+def test_energies_and_momenta_are_drawn_and_what_should_be_zero_is_not_drawn_as_if_it_moved():
+    page = Page(views.render(samples.mixed(), "html", quality="none"))
+    plots = {svg["aria-label"].split(" over time")[0]: svg for svg in page.all("svg") if "aria-label" in svg}
+    assert [*plots] == [
+        *(f"{name} energy" for name in ("kinetic", "elastic", "gravity", "total")),
+        *(f"linear momentum p{axis}" for axis in "xyz"),
+        *(f"angular momentum l{axis}" for axis in "xyz"),
+    ]
+    lines = [line["points"] for line in page.all("polyline")]
+    heights = [float(point.split(",")[1]) for point in lines[2 * 6].split()]  # pz of the reference
+    assert max(heights) - min(heights) < 1
 
 
 def test_a_renderer_that_fails_does_not_cost_the_report(monkeypatch):

@@ -9,6 +9,12 @@ import numpy as np
 
 from muslin.tasks import Functions
 
+#: What is told of each step, by table: columns of a run's log.
+COLUMNS = {
+    "energies": ("time", "kinetic", "elastic", "gravity"),
+    "momenta": ("px", "py", "pz", "lx", "ly", "lz"),
+}
+
 
 def measure(functions: Functions, stand_ins: Sequence[str]) -> dict[str, np.ndarray]:
     """Run the scene with a submission's functions (in the worker).
@@ -22,7 +28,8 @@ def measure(functions: Functions, stand_ins: Sequence[str]) -> dict[str, np.ndar
     Returns
     -------
     dict of ndarray
-        energies (steps + 1, 4): time, kinetic, elastic, gravity; positions (n, 3) at the end.
+        energies (steps + 1, 4): time, kinetic, elastic, gravity; momenta (steps + 1, 6): linear and, about the
+        centre of mass, angular; positions (n, 3) at the end.
     """
     from muslin.simulation.simulating import simulate
 
@@ -32,6 +39,8 @@ def measure(functions: Functions, stand_ins: Sequence[str]) -> dict[str, np.ndar
 
 
 def table_of(run: Any) -> dict[str, np.ndarray]:
-    """What is told of a run: its energies, and the positions at its end."""
-    columns = [run.energies[name] for name in ("time", "kinetic", "elastic", "gravity")]
-    return {"energies": np.stack(columns, axis=1).astype(np.float64), "positions": run.x}
+    """What is told of a run: its energies and momenta, and the positions at its end."""
+    told = {name: [run.energies[column] for column in columns] for name, columns in COLUMNS.items()}
+    return {name: np.stack(table, axis=1).astype(np.float64) for name, table in told.items()} | {
+        "positions": run.x
+    }

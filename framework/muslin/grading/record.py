@@ -116,6 +116,8 @@ class Simulation:
         Name of the scene.
     energies, reference_energies : tuple of rows (time, kinetic, elastic, gravity)
         Per step [s, J, J, J].
+    momenta, reference_momenta : tuple of rows (px, py, pz, lx, ly, lz)
+        At the same times, the angular one about the centre of mass [N s, N m s].
     triangles : tuple of (int, int, int)
     positions, reference_positions : tuple of (x, y, z)
         The cloth at the end [m]; empty where there was no run.
@@ -129,6 +131,8 @@ class Simulation:
     scene: str = ""
     energies: tuple[tuple[float, ...], ...] = ()
     reference_energies: tuple[tuple[float, ...], ...] = ()
+    momenta: tuple[tuple[float, ...], ...] = ()
+    reference_momenta: tuple[tuple[float, ...], ...] = ()
     triangles: tuple[tuple[int, ...], ...] = ()
     positions: tuple[tuple[float, ...], ...] = ()
     reference_positions: tuple[tuple[float, ...], ...] = ()

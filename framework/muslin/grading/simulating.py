@@ -54,7 +54,7 @@ def reference(assignment: str) -> dict[str, np.ndarray] | None:
         return None
     try:
         with np.load(path, allow_pickle=False) as data:
-            return {name: data[name] for name in ("energies", "positions", "triangles")}
+            return {name: data[name] for name in ("energies", "momenta", "positions", "triangles")}
     except (OSError, ValueError, KeyError) as error:
         raise MuslinError(f"{paths.shown(path)} is damaged ({error}).", "Restore it.") from None
 
@@ -113,6 +113,8 @@ def judge(
         scene=made.scene,
         energies=_rows(run["energies"]) if run else (),
         reference_energies=_rows(expected["energies"]),
+        momenta=_rows(run["momenta"]) if run else (),
+        reference_momenta=_rows(expected["momenta"]),
         triangles=tuple(tuple(int(k) for k in t) for t in expected["triangles"]),
         positions=_rows(run["positions"]) if run else (),
         reference_positions=_rows(expected["positions"]),
@@ -121,7 +123,7 @@ def judge(
 
 def forms(expected: Mapping[str, np.ndarray]) -> dict[str, tuple[str, tuple[int, ...]]]:
     """Type and shape of each array that `measure` leaves, from a `reference` run."""
-    return {name: ("<f8", expected[name].shape) for name in ("energies", "positions")}
+    return {name: ("<f8", expected[name].shape) for name in ("energies", "momenta", "positions")}
 
 
 def compare_energies(found: np.ndarray, expected: np.ndarray) -> tuple[float, float]:

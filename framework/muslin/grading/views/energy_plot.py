@@ -1,4 +1,4 @@
-"""Energies over time: what is on one small plot for each, the submission's line over the reference's.
+"""Energies and momenta over time: what is on one small plot for each, the submission's line over the reference's.
 
 `energy_plot.html.j2` draws it as inline SVG.
 """
@@ -16,6 +16,12 @@ NAMES = ("kinetic", "elastic", "gravity")
 #: What is drawn beside them: their sum.
 TOTAL = "total"
 
+#: The momenta of a record's rows, and their units.
+MOMENTA = {f"p{axis}": "N s" for axis in "xyz"} | {f"l{axis}": "N m s" for axis in "xyz"}
+
+#: What is not told apart of two momenta: this of the largest of its kind, for what should be zero is rounding.
+FAINT = 1e-3
+
 
 @dataclass(frozen=True)
 class Frame:
@@ -31,12 +37,14 @@ class Frame:
 
 @dataclass(frozen=True)
 class Plot:
-    """One energy's plot.
+    """One energy's or momentum's plot.
 
     Attributes
     ----------
     name : str
-        Of the energy.
+        Of what is drawn, as an id on the page.
+    title : str
+        What is drawn, and its unit.
     note : str
         Where the submission's line leaves the plot; empty if it does not.
     said : str
@@ -48,6 +56,7 @@ class Plot:
     """
 
     name: str
+    title: str
     note: str
     said: str = ""
     rows: tuple[tuple[str, str], ...] = ()
@@ -69,7 +78,33 @@ def plots(energies: Rows, reference: Rows) -> list[Plot]:
         [s, J, J, J]; what is not a finite number is left out.
     """
     columns = [(name, (k,)) for k, name in enumerate(NAMES, 1)] + [(TOTAL, (1, 2, 3))]
-    return [_plot(name, _curve(energies, which), _curve(reference, which)) for name, which in columns]
+    return [
+        _plot(name, f"{name} energy", "J", _curve(energies, which), _curve(reference, which))
+        for name, which in columns
+    ]
+
+
+def momenta(energies: Rows, momenta: Rows, reference: Rows, reference_momenta: Rows) -> list[Plot]:
+    """One plot for each component of the linear and the angular momentum.
+
+    Parameters
+    ----------
+    energies, reference : rows that begin with the time [s]
+    momenta, reference_momenta : rows of (px, py, pz, lx, ly, lz), as many
+        [N s and N m s].
+    """
+    yours, theirs = (
+        [[row[0], *more] for row, more in zip(rows, table, strict=False)]
+        for rows, table in ((energies, momenta), (reference, reference_momenta))
+    )
+    curves = [(_curve(yours, (k,)), _curve(theirs, (k,))) for k in range(1, len(MOMENTA) + 1)]
+    drawn = []
+    for k, ((name, unit), (mine, right)) in enumerate(zip(MOMENTA.items(), curves, strict=True)):
+        kind = curves[3 * (k // 3) : 3 * (k // 3) + 3]
+        least = FAINT * max((abs(y) for _, other in kind for _, y in other), default=0.0)
+        word = "linear" if k < 3 else "angular"
+        drawn.append(_plot(name, f"{word} momentum {name}", unit, mine, right, least))
+    return drawn
 
 
 def _curve(rows: Rows, columns: tuple[int, ...]) -> list[tuple[float, float]]:
@@ -80,17 +115,27 @@ def _curve(rows: Rows, columns: tuple[int, ...]) -> list[tuple[float, float]]:
     return [(float(row[0]), float(sum(row[1:]))) for row in whole]
 
 
-def _plot(name: str, yours: list[tuple[float, float]], reference: list[tuple[float, float]]) -> Plot:
+def _plot(
+    name: str,
+    what: str,
+    unit: str,
+    yours: list[tuple[float, float]],
+    reference: list[tuple[float, float]],
+    least: float = 0.0,
+) -> Plot:
+    """`least`: how much the plot shows at least, above and below zero where it shows less."""
+    title = f"{what[0].upper()}{what[1:]} [{unit}]"
     base = reference or yours
     if not base:
-        return Plot(name, "No energies were recorded.")
-    low, high = _padded(min(y for _, y in base), max(y for _, y in base))
+        return Plot(name, title, "Nothing was recorded.")
+    heights = [y for _, y in base] + ([-least, least] if least else [])
+    low, high = _padded(min(heights), max(heights))
     span = high - low
     low = max(min([low, *(y for _, y in yours)]), low - REACH * span)
     high = min(max([high, *(y for _, y in yours)]), high + REACH * span)
     start, end = _padded(min(t for t, _ in base), max(t for t, _ in base), 0.0)
     outside = [y for _, y in yours if not low <= y <= high]
-    note = f"Your line leaves the plot: it reaches {outside[-1]:.3g} J." if outside else ""
+    note = f"Your line leaves the plot: it reaches {outside[-1]:.3g} {unit}." if outside else ""
     frame = Frame()
 
     def across(t: float) -> str:
@@ -101,11 +146,14 @@ def _plot(name: str, yours: list[tuple[float, float]], reference: list[tuple[flo
         part = (min(max(y, low - span), high + span) - low) / (high - low)
         return f"{frame.bottom - part * (frame.bottom - frame.top):.1f}"
 
-    said = f"{name} energy over time"
+    said = f"{what} over time"
     if yours and reference:
-        said += f": at the end yours is {yours[-1][1]:.4g} J, the reference {reference[-1][1]:.4g} J"
+        said += (
+            f": at the end yours is {yours[-1][1]:.4g} {unit}, the reference {reference[-1][1]:.4g} {unit}"
+        )
     return Plot(
         name,
+        title,
         note,
         said,
         tuple((height(y), _short(y)) for y in _round_numbers(low, high, 4)),

@@ -65,7 +65,7 @@ def render(record: Record, quality: str = "good", counts: str = "", notes: Seque
         next=_next(record),
         numbered=list(story.numbered(record)),
         stand_ins=simulation.stand_ins[:50] if ran else (),
-        plots=_plots(record) if shown else [],
+        plots=_plots(record) if shown else {},
         circumstances=_circumstances(record),
         **(_pictures(record, quality) if shown else _no_pictures()),
         # how it is said
@@ -140,11 +140,17 @@ def _pictures(record: Record, quality: str) -> dict[str, Any]:
     }
 
 
-def _plots(record: Record) -> list[energy_plot.Plot]:
-    simulation = record.simulation
-    if not simulation.energies and not simulation.reference_energies:
-        return []
-    return energy_plot.plots(simulation.energies, simulation.reference_energies)
+def _plots(record: Record) -> dict[str, list[energy_plot.Plot]]:
+    """The plots of energies and of momenta, by their place on the page; without what was not recorded."""
+    made = record.simulation
+    groups = {}
+    if made.energies or made.reference_energies:
+        groups["energy-plot"] = energy_plot.plots(made.energies, made.reference_energies)
+    if made.momenta or made.reference_momenta:
+        groups["momentum-plot"] = energy_plot.momenta(
+            made.energies, made.momenta, made.reference_energies, made.reference_momenta
+        )
+    return groups
 
 
 def _circumstances(record: Record) -> list[tuple[str, str]]:
