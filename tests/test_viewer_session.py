@@ -11,10 +11,13 @@ from muslin.viewer import ACTIONS, begin, faults, scenery
 
 ROOT = Path(__file__).resolve().parents[1]
 
+#: A cloth that begins without strain, a little above the sphere.
+LEVEL = {"resolution": 12, "start_at": (0.003, 0.31, 0.005), "sag": 0.0}
+
 
 @pytest.fixture
 def drape():
-    return begin("drape", resolution=12, start_at=(0.003, 0.31, 0.005))
+    return begin("drape", **LEVEL)
 
 
 @pytest.fixture
@@ -29,7 +32,7 @@ def action(key):
 def test_a_step_is_the_simulations_step(drape):
     for _ in range(7):
         drape.step()
-    run = muslin.simulate("drape", resolution=12, start_at=(0.003, 0.31, 0.005), steps=7)
+    run = muslin.simulate("drape", **LEVEL, steps=7)
     np.testing.assert_array_equal(drape.state.x, run.x)
     assert drape.steps == 7
 

@@ -2,6 +2,7 @@
 
     python tests/benchmarks/peers.py [--sizes 32,64,100] [--peers mujoco,style3d,vbd,simkit] [--frames 60]
                                      [--rounds 6] [--environments FOLDER] [--ours muslin,implicit] [--no-sphere]
+                                     [--self-contact]
 
 The scene: n x n vertices, 1 m square, 0.2 kg/m^2, horizontal at z = 1, one edge pinned, gravity 9.81 along -z, a
 sphere of radius 0.25 half-way under its middle, 2D Lame parameters mu = lam = 1e3 N/m, frames of 1/60 s. Ours takes
@@ -12,7 +13,8 @@ is busy for all; ratios are taken within a round. What cannot be installed or ru
 `muslin` is that, with contacts in the system (`contact=solve`) and no triangle stretched by more than 0.8 % at the
 end of a step (`stretch_limit=1.008`); `unlimited` leaves the limit out; `filter` is ours with the lecture's contacts
 alone, which filter the velocity after the solve; `implicit` solves the equation of backward Euler to the end in every
-frame (slow).
+frame (slow). With `--self-contact` the cloth of everybody touches itself as well (ours: `self_collision=fast`; Newton's
+Style3D always does), and how many pairs of its triangles cross at the end is counted by code of none of them.
 
 Per package: time per frame (median; and by CPU time), the ratio to ours with its spread, the time from starting Python
 to the first frame with empty caches (first size only), and the largest stretch after 1 s. How well a frame solves the
@@ -35,9 +37,12 @@ from pathlib import Path
 import numpy as np
 
 HERE = Path(__file__).resolve()
+sys.path.insert(0, str(HERE.parents[1]))  # the tests count crossings
 DT = 1 / 60
 MU = LAM = 1e3
 CENTRE, RADIUS = (0.0, 0.0, 0.6), 0.25
+ITSELF = False  # whether the cloth touches itself
+GAP = 2e-3  # nearer than this it does [m]
 DENSITY = 0.2
 
 #: What pip installs for each package, and what of its settings a reader should know.
@@ -77,8 +82,9 @@ def frames_of_muslin(
     from muslin.simulation import integrators
     from muslin.simulation import simulating as simulation
 
+    itself = {"self_collision": "fast", "self_gap": GAP} if ITSELF else {}
     model, state = simulation.build(
-        replace(scene(round(len(X) ** 0.5), *CENTRE), contact=contact, stretch_limit=stretch_limit)
+        replace(scene(round(len(X) ** 0.5), *CENTRE), contact=contact, stretch_limit=stretch_limit, **itself)
     )
     assert (model.body.cells == triangles).all()
     states = integrators.steps(model, state, DT, integrator)
@@ -115,10 +121,10 @@ def frames_of_mujoco(X, triangles, pinned):
     xml = f"""<mujoco><option timestep="{DT!r}" integrator="discrete" gravity="0 0 -9.81"/>
     <size memory="2G"/><worldbody>
     <geom type="sphere" size="{RADIUS}" pos="{text(CENTRE)}" condim="1"/>
-    <flexcomp name="cloth" type="direct" dim="2" mass="{DENSITY}" radius="0.001" point="{text(X)}"
+    <flexcomp name="cloth" type="direct" dim="2" mass="{DENSITY}" radius="{GAP / 2}" point="{text(X)}"
       element="{text(triangles)}"><pin id="{text(pinned)}"/>
       <elasticity young="{young:.17g}" poisson="{nu:.17g}" thickness="{thickness}" elastic2d="stretch"/>
-      <contact selfcollide="none" condim="1"/></flexcomp></worldbody></mujoco>"""
+      <contact selfcollide="{"auto" if ITSELF else "none"}" condim="1"/></flexcomp></worldbody></mujoco>"""
     model = mujoco.MjModel.from_xml_string(xml)
     data = mujoco.MjData(model)
 
@@ -167,7 +173,11 @@ def frames_of_newton(X, triangles, pinned, solver, substeps, iterations=10):
         config = newton.solvers.SolverStyle3D.Config(iterations=iterations)
         stepper = newton.solvers.SolverStyle3D(model, config=config)
     else:
-        stepper = newton.solvers.SolverVBD(model, iterations=iterations)
+        itself = {
+            "particle_enable_self_contact": True, "particle_self_contact_margin": GAP,
+            "particle_self_contact_gap": 0.75 * GAP,
+        } if ITSELF else {}  # fmt: skip
+        stepper = newton.solvers.SolverVBD(model, iterations=iterations, **itself)
     now, following, control = model.state(), model.state(), model.control()
     pipeline = newton.CollisionPipeline(model)
     contacts = pipeline.contacts()
@@ -246,9 +256,9 @@ def serve(name: str, problem: str) -> None:
     """In a package's process: answer "K" with the times of K frames, "save FILE" with positions in a file."""
     channel = os.fdopen(os.dup(1), "w")
     os.dup2(2, 1)  # what a package prints is not an answer
-    global CENTRE
+    global CENTRE, ITSELF
     given = np.load(problem)
-    CENTRE = tuple(float(x) for x in given["centre"])
+    CENTRE, ITSELF = tuple(float(x) for x in given["centre"]), bool(given["itself"])
     frames = globals()[f"frames_of_{name}"](given["X"], given["triangles"], given["pinned"])
     x = given["X"]
     for line in sys.stdin:
@@ -338,12 +348,21 @@ def compare(
     size: int, pythons: dict[str, Path], options: argparse.Namespace, folder: Path, cold: bool
 ) -> None:
     """All packages on one size."""
+    from test_self_contact import crossings
+
     from muslin.simulation import simulating as simulation
 
     centre = (*CENTRE[:2], -100.0) if options.no_sphere else CENTRE
     model, state = simulation.build(scene(size, *centre))
     problem = folder / f"{size}.npz"
-    np.savez(problem, X=state.x, triangles=model.body.cells, pinned=model.pinned, centre=centre)
+    np.savez(
+        problem,
+        X=state.x,
+        triangles=model.body.cells,
+        pinned=model.pinned,
+        centre=centre,
+        itself=options.self_contact,
+    )
     print(f"\n{size}x{size} vertices", flush=True)
     peers: dict[str, Peer] = {}
     residuals: dict[str, float] = {}
@@ -374,7 +393,9 @@ def compare(
     base = np.array(rounds["muslin"])
     for name, peer in peers.items():
         taken = np.array(rounds[name])
-        stretch = model.body.stretches(peer.positions(folder / "x.npy")).max()
+        x = peer.positions(folder / "x.npy")
+        stretch = model.body.stretches(x).max()
+        crossed = crossings(x, model.body.cells) if options.self_contact else 0
         (wall, cpu), ratios = np.median(taken, axis=0), taken / base
         low, high = ratios.min(axis=0), ratios.max(axis=0)
         middle = np.median(ratios, axis=0)
@@ -384,6 +405,7 @@ def compare(
             text += f"{middle[1]:6.1f} ({low[1]:.1f}-{high[1]:.1f}) by CPU"
         text += f"; largest stretch after {options.frames} frames {stretch:.4f}; residual "
         text += f"{residuals[name]:.1e}" if name in COMPARABLE else "not comparable"
+        text += f"; {crossed} pairs cross" if options.self_contact else ""
         text += f"; first frame, cold, after {peer.cold:.1f} s" if cold else ""
         print(text, flush=True)
         peer.close()
@@ -400,6 +422,7 @@ def main() -> None:
     parser.add_argument(
         "--no-sphere", action="store_true", help="nothing to touch: a comparison of the elasticity"
     )
+    parser.add_argument("--self-contact", action="store_true", help="the cloth touches itself, too")
     parser.add_argument("--frames", type=int, default=60)
     parser.add_argument("--rounds", type=int, default=6)
     parser.add_argument("--environments", type=Path, help="keep the virtual environments here")

@@ -41,6 +41,7 @@ class IncrementalPotential:
         self._exact = self._ahead or model.body.exact_near_rest
         self.air = model.air(state, dt)
         self.damper = model.damper(state.x)
+        self._damper = model.damper_here() if self.damper is not None else None
         self.free = np.repeat(~model.system.pinned, 3)
         self.barrier = model.barrier
         self.rubbing = model.barrier.rubbing(state.x) if model.barrier else None
@@ -131,7 +132,7 @@ class IncrementalPotential:
 
     def _write(self, presses: np.ndarray | None) -> None:
         """Write down all that has its place in the system, with the contacts that press."""
-        self.model.assemble(self.dt, self._project)
+        self.model.assemble(self.dt, self._project, self._damper)
         self.model.add(self.touching, presses, self.air)
 
     def rounding(self) -> np.ndarray:
@@ -193,8 +194,8 @@ class IncrementalPotential:
     def matrix(self) -> Any:
         """M + dt^2 K as it was assembled."""
         body = self.model.body
-        scale = self.dt * (self.dt + self.model.damping) if self.damper is not None else self.dt**2
-        return body.pattern.matrix(body.mass_data + scale * body.stiffness_here(self._project))
+        matrix = body.pattern.matrix(body.mass_data + self.dt**2 * body.stiffness_here(self._project))
+        return matrix if self.damper is None else matrix + self.dt * self.damper
 
     def is_nothing(self, step: np.ndarray) -> bool:
         """Whether dt step is no more than rounding of the positions."""

@@ -210,13 +210,23 @@ class Model:
         parts = ("energy", "gradient", "hessian") if self.hessian_here else ("energy", "gradient")
         self.body.prepare(*parts, project=self.project)
 
-    def assemble(self, dt: float, project: bool | None = None) -> None:
+    def damper_here(self) -> np.ndarray:
+        """C = beta K at the body's current positions, as data of `system` [kg/s]; `system` is written over."""
+        self.body.prepare("hessian", project=True)
+        self._assemble(self.damping)
+        both = self.system.data.copy()
+        self._assemble(0.0)
+        return np.asarray(both - self.system.data)
+
+    def assemble(self, dt: float, project: bool | None = None, damper: np.ndarray | None = None) -> None:
         """Write M + dt (dt + damping) K at the body's current positions into `system`.
 
-        `project` if not the model's own.
+        `project` if not the model's own; `damper` if damping is not by the K of where the body is (see `damper_here`).
         """
         self.body.prepare("hessian", project=self.project if project is None else project)
-        self._assemble(dt * (dt + self.damping) if self.damping else dt**2)
+        self._assemble(dt * (dt + self.damping) if self.damping and damper is None else dt**2)
+        if damper is not None:
+            self.system.data += dt * damper
         if self.spring:
             self.add_to_diagonal(
                 np.array([self.spring.vertex]), dt**2 * self.spring.stiffness * np.eye(3)[None]
