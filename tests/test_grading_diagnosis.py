@@ -218,7 +218,7 @@ def test_the_data_hold_what_the_judges_say():
 
 
 @pytest.mark.parametrize("task", TABLE)
-def test_no_answer_breaks_the_diagnosis_and_nonsense_gets_no_name(task):
+def test_no_answer_breaks_the_diagnosis_and_nonsense_gets_no_name(task, lost_diagnoses):
     inputs, expected = reference.cases("cloth", task)
     rng = np.random.default_rng(3)
     sizes = (1.0, 1e-300, 1e300)
@@ -229,6 +229,7 @@ def test_no_answer_breaks_the_diagnosis_and_nonsense_gets_no_name(task):
         assert size != 1 or task == "sphere_contact" or found is None
     for strange in (lambda e: e[:, None], lambda e: e[:3], lambda e: np.full(e.shape, "x"), lambda e: e[:0]):
         diagnosis.diagnose(TABLE[task], tuple(strange(e) for e in expected), expected, inputs)
+        lost_diagnoses.clear()  # of words there is nothing to say
     assert diagnosis.diagnose(TABLE[task], (), expected, inputs) is None
     assert diagnosis.diagnose(TABLE[task], expected, expected, inputs) is None
 
