@@ -12,7 +12,7 @@ import muslin
 from muslin.base.errors import SimulationError
 from muslin.simulation import scenes
 from muslin.simulation import simulating as simulation
-from muslin.solve import cholmod, ordering, solvers
+from muslin.solve import beside, cholmod, ordering, solvers
 from muslin.solve.solvers import System
 
 DIRECT = ["cholmod", "multifrontal", "superlu"]
@@ -208,7 +208,7 @@ print(len(system.solver.plan.tasks) - 2, y.tobytes().hex())
 
 def test_a_task_goes_on_to_its_end_when_the_wait_for_it_is_interrupted():
     """Ctrl-C while one half is factorised must not mix its numbers with the next system's."""
-    helper, done = cholmod._Helper(), []
+    helper, done = beside.Helper(), []
 
     def slow():
         time.sleep(0.2)

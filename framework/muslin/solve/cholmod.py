@@ -19,8 +19,6 @@ import functools
 import glob
 import importlib.util
 import os
-import threading
-import time
 import weakref
 from collections.abc import Callable
 from pathlib import Path
@@ -28,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.solve import kernels
+from muslin.solve import beside, kernels
 
 #: Where CHOLMOD 3.0 keeps its settings in `cholmod_common`, and what they are to begin with: 4-byte words.
 _DEFAULTS = {2: 858993459, 6: 5, 8: 8, 12: 1, 13: 1, 14: 1, 16: 1, 17: 1, 26: 4, 28: 16, 30: 48, 36: 3, 42: 0}
@@ -327,7 +325,7 @@ class Halves:
         return [y[0][:-k], y[1][:-k], middle[::-1]]
 
     def _both(self, task: Callable[[int], None]) -> None:
-        helper = _helper(os.getpid()) if self.parallel else None
+        helper = beside.helper(os.getpid()) if self.parallel else None
         if helper is None or not helper.free.acquire(blocking=False):
             task(0)
             task(1)
@@ -360,48 +358,3 @@ def _times(U: np.ndarray, vector: np.ndarray, transposed: bytes) -> np.ndarray:
     out = vector.copy()
     _blas("dtrmv", b"U", transposed, b"N", len(out), U, len(out), out, 1)
     return out
-
-
-class _Helper:
-    """One thread that does one task at a time."""
-
-    def __init__(self) -> None:
-        self.free = threading.Lock()
-        self._go, self._done = threading.Lock(), threading.Lock()
-        self._go.acquire()  # taken until there is something to do
-        self._task: Callable[[], None] = lambda: None
-        self._busy = False
-        self._error: BaseException | None = None
-        threading.Thread(target=self._work, daemon=True).start()
-
-    def _work(self) -> None:
-        while True:
-            self._go.acquire()
-            done = self._done
-            try:
-                self._task()
-            except BaseException as error:
-                self._error = error
-            self._busy = False
-            done.release()
-
-    def start(self, task: Callable[[], None]) -> None:
-        """Begin a task."""
-        while self._busy:  # Ctrl-C has ended the wait for the last one, which goes on to its end all the same
-            time.sleep(1e-4)
-        self._task, self._error, self._busy = task, None, True
-        self._done = threading.Lock()
-        self._done.acquire()
-        self._go.release()
-
-    def wait(self) -> None:
-        """Wait for it; what it raised is raised here."""
-        self._done.acquire()
-        if self._error is not None:
-            raise self._error
-
-
-@functools.cache
-def _helper(process: int) -> _Helper:
-    """The process's one helper (threads do not survive a fork)."""
-    return _Helper()
