@@ -86,7 +86,7 @@ def test_every_command_on_it_exists(monkeypatch, capsys):
         monkeypatch.setattr("sys.argv", ["muslin", *command.split(), "--help"])
         with contextlib.suppress(SystemExit):
             cli.main()
-        assert "Usage: muslin" in capsys.readouterr().out, command
+        assert re.search(r"Usage: .*\bmuslin", capsys.readouterr().out), command  # `python -m pytest` is in it, too
 
 
 @pytest.mark.parametrize(
