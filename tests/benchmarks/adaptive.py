@@ -30,7 +30,7 @@ SCENES: dict[str, tuple[dict[str, Any], tuple[int, ...], int, int, int]] = {
     "drape": ({"ground": -0.3}, (20, 32, 48, 64), 20, 2, 480),
     "cape": ({}, (11, 17, 26, 40), 11, 3, 240),
 }
-ADAPTIVE = {"adaptive": "on", "adapt_every": 4}
+ADAPTIVE = {"adaptive": "on"}
 BUDGETS = (1000, 2000, 4000)
 
 

@@ -109,7 +109,7 @@ class Scene:
     adaptive: bool = False  # whether the mesh is refined and coarsened while it moves
     levels: int = 2  # of an adaptive mesh: each has three times the triangles
     budget: int = 20000  # vertices of an adaptive mesh at most
-    adapt_every: int = 4  # steps from one look at an adaptive mesh to the next
+    adapt_every: int = 6  # steps from one look at an adaptive mesh to the next
     look_ahead: float = (
         0.04  # [s] an adaptive mesh is refined for where it is, and where it will be if it goes on so
     )
