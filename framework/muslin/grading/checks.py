@@ -157,7 +157,12 @@ def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, source:
     if outcome.kind:
         verdict.status = _STATUS.get(outcome.kind, ERROR)
         text = "not implemented yet" if outcome.kind == "stub" else outcome.text
-        verdict.checks.append(Check("runs", "form", FAILED, text))
+        likely = None
+        if outcome.kind == "code" and not task.in_python:
+            inputs, expected = reference.cases(table.name, task.name)
+            likely = diagnosis.misfit(task, expected, inputs, table.name, source)
+        said = (likely.cause, likely.mistake, likely.advice) if likely else ()
+        verdict.checks.append(Check("runs", "form", FAILED, text, None, None, *said))
         return
     inputs, expected = reference.cases(table.name, task.name)
     fault = reference.form(task, outcome.results, expected, inputs)

@@ -61,6 +61,7 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
     from muslin import tasks
     from muslin.base.errors import NotImplementedYet
     from muslin.judging import reference
+    from muslin.reading import source
     from muslin.tasks.batch import evaluate
 
     table = tasks.assignment(assignment)
@@ -82,7 +83,13 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
         except MuslinError as error:
             message = str(error)
             function = loaded[file][name] if file in loaded else None
-            yield Report(name, ERROR, message, notes=_notes(function, message))
+            found = None
+            if function is not None and not table.tasks[name].in_python:
+                from muslin.grading.diagnosis import misfit
+
+                found = misfit(table.tasks[name], expected, inputs, assignment, source.glimpse(folder / file))
+            mistake, advice = (found.mistake, found.advice) if found else ("", "")
+            yield Report(name, ERROR, message, None, mistake, advice, _notes(function, message))
             continue
         outputs = got if isinstance(got, tuple) else (got,)
         report = _compared(table, name, outputs, inputs, expected, folder / file)

@@ -20,7 +20,7 @@ from itertools import starmap
 import numpy as np
 
 from muslin import tasks
-from muslin.grading import repairing, slips
+from muslin.grading import fitting, repairing, slips
 from muslin.grading.diagnosis.factors import change_scaled, factor_of_each_case, scaled, sized
 from muslin.grading.diagnosis.others import changed, digits, known, not_finite, singular, slipped
 from muslin.grading.diagnosis.own import repaired
@@ -35,7 +35,7 @@ from muslin.judging.arrays import lengths
 from muslin.judging.reference import TOLERANCE, natural_scale
 from muslin.tasks import Task
 
-__all__ = ["WORDS", "Diagnosis", "Question", "conditions", "diagnose", "parts"]
+__all__ = ["WORDS", "Diagnosis", "Question", "conditions", "diagnose", "misfit", "parts"]
 
 #: The searches, in order: the plainest explanation wins.
 SEARCHES = (
@@ -88,6 +88,25 @@ def diagnose(
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")
             return _diagnose(task, got, expected, inputs, assignment, text)
+    except Exception:  # a grade must never be lost for want of an explanation
+        return None
+
+
+def misfit(
+    task: Task,
+    expected: tuple[np.ndarray, ...],
+    inputs: Mapping[str, np.ndarray],
+    assignment: str,
+    text: str,
+) -> Diagnosis | None:
+    """Name what is wrong with the shapes in a function that does not compile, so that there is nothing to compare.
+
+    Parameters are those of `diagnose`.
+    """
+    try:
+        terms = judge(assignment, task.name).terms
+        scales = [natural_scale(terms, right, inputs, k) for k, right in enumerate(expected)]
+        return repaired(None, fitting.fitting(text, task.name, inputs, expected, scales))
     except Exception:  # a grade must never be lost for want of an explanation
         return None
 
