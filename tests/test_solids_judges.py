@@ -16,6 +16,7 @@ from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.grading import diagnosis
 from muslin.judging import judge, properties, reference
+from muslin.student.checking import examine
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
 import suite
@@ -358,3 +359,23 @@ def test_nothing_is_noticed_in_a_right_newtons_method():
         assert reading.told(muslin.load(folder, "solids").newtons_method) == []
     own = "x = x.copy()\n    x += 1.0\n    most_steps -= 1\n    while x[0] > 3:\n        x[0] = 0\n    return x\n"
     assert reading.notes(f"def f(x, most_steps):\n    {own}", "f", sizes={"x": 4}, in_python=True) == []
+
+
+@pytest.mark.parametrize(
+    ("written", "status", "said"),
+    [
+        ("x = x + step * d", "green", ""),
+        ("x += step * d", "error", "newtons_method changes x, an array of whoever"),
+    ],
+)
+def test_a_right_answer_that_changes_the_callers_array_is_none(written, status, said, tmp_path):
+    solution = paths.solution("solids")
+    for path in solution.iterdir():
+        if path.suffix in (".py", ".toml"):
+            shutil.copy(path, tmp_path)
+    text = (solution / "newton.py").read_text(encoding="utf-8")
+    assert text.count("x = x + step * d") == 1
+    (tmp_path / "newton.py").write_text(text.replace("x = x + step * d", written), encoding="utf-8")
+    (report,) = examine(tmp_path, "solids", ("newtons_method",))
+    assert report.status == status
+    assert said in report.message

@@ -101,9 +101,16 @@ def call(function: Callable[..., Any], task: Task, given: Mapping[str, Any]) -> 
     Raises
     ------
     StudentCodeError
-        If it raises an exception, or returns something else.
+        If it raises an exception, returns something else, or changes an array that it was given.
     """
+    before = {name: value.copy() for name, value in given.items() if isinstance(value, np.ndarray)}
     found = returned(function, task, given)
+    for name, array in before.items():
+        if not np.array_equal(array, given[name], equal_nan=True):
+            raise StudentCodeError(
+                f"{task.name} changes {name}, an array of whoever calls it.",
+                f"Write {name} = {name} + ... where {name} += ... stands, or begin with {name} = {name}.copy().",
+            )
     several = found if isinstance(found, tuple) else (found,)
     if len(several) != len(task.results):
         raise StudentCodeError(
