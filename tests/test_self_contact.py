@@ -5,6 +5,7 @@ import sys
 import numpy as np
 import pytest
 from scipy.optimize import nnls
+from scipy.spatial import cKDTree
 
 import muslin
 from muslin import mesh
@@ -30,25 +31,22 @@ def crossings(x, triangles):
         np.concatenate([triangles[:, [0, 1]], triangles[:, [1, 2]], triangles[:, [2, 0]]]), axis=1
     )
     edges = np.unique(pairs, axis=0)
-    low, high = x[triangles].min(axis=1), x[triangles].max(axis=1)
-    count = 0
-    for p, q in edges:
-        box = (low <= np.maximum(x[p], x[q])).all(axis=1) & (high >= np.minimum(x[p], x[q])).all(axis=1)
-        other = triangles[box & ~(triangles == p).any(axis=1) & ~(triangles == q).any(axis=1)]
-        if len(other) == 0:
-            continue
-        a, b, c = (x[other[:, k]] for k in range(3))
+    middle, centre = x[edges].mean(axis=1), x[triangles].mean(axis=1)
+    far = np.linalg.norm(x[edges[:, 0]] - middle, axis=1).max()
+    far += np.linalg.norm(x[triangles] - centre[:, None], axis=2).max()
+    near = cKDTree(middle).sparse_distance_matrix(cKDTree(centre), far, output_type="ndarray")
+    (p, q), corners = edges[near["i"]].T, triangles[near["j"]]
+    apart = (corners != p[:, None]).all(axis=1) & (corners != q[:, None]).all(axis=1)
+    P, Q, (a, b, c) = x[p[apart]], x[q[apart]], x[corners[apart]].transpose(1, 0, 2)
 
-        def volume(u, v, w, at):
-            return np.einsum("ij,ij->i", np.cross(v - u, w - u), at - u)
+    def volume(u, v, w, at):
+        return np.einsum("ij,ij->i", np.cross(v - u, w - u), at - u)
 
-        P, Q = np.broadcast_to(x[p], a.shape), np.broadcast_to(x[q], a.shape)
-        one, two = volume(a, b, c, P), volume(a, b, c, Q)
-        rounding = 16 * np.finfo(float).eps * np.abs(x).max() * np.linalg.norm(np.cross(b - a, c - a), axis=1)
-        sides = (one * two < 0) & (np.minimum(np.abs(one), np.abs(two)) > rounding)
-        around = np.sign([volume(P, Q, a, b), volume(P, Q, b, c), volume(P, Q, c, a)])
-        count += int((sides & (np.abs(around.sum(axis=0)) == 3)).sum())
-    return count
+    one, two = volume(a, b, c, P), volume(a, b, c, Q)
+    rounding = 16 * np.finfo(float).eps * np.abs(x).max() * np.linalg.norm(np.cross(b - a, c - a), axis=1)
+    sides = (one * two < 0) & (np.minimum(np.abs(one), np.abs(two)) > rounding)
+    around = np.sign([volume(P, Q, a, b), volume(P, Q, b, c), volume(P, Q, c, a)])
+    return int((sides & (np.abs(around.sum(axis=0)) == 3)).sum())
 
 
 def roll(n=17, pitch=0.03):
