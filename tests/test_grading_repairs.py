@@ -262,6 +262,21 @@ UNHEARD_OF = [
         ("Line 4", "v1 stands in place of v2", "`v1 - w`"),
     ),
     (
+        "interpolate",
+        """
+        return (x0 * phi[0] + x1 * phi[1] + x2) * phi[2]
+        """,
+        ("Line 3", "brackets", "set otherwise than they should be"),
+    ),
+    (
+        "interpolate",
+        """
+        b = phi[2]
+        return phi[0] * (x0 + phi[1] * x1 + b * x2)
+        """,
+        ("Line 4", "brackets", "set otherwise than they should be"),
+    ),
+    (
         "filter_velocity",
         """
         into = -ti.min(v.dot(n), 0.0)

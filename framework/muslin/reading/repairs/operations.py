@@ -204,6 +204,7 @@ def _brackets(node: ast.BinOp) -> Found:
         yield "brackets", "", words, ast.BinOp(left.left, left.op, ast.BinOp(left.right, node.op, right))
     if isinstance(right, ast.BinOp):
         yield "brackets", "", words, ast.BinOp(ast.BinOp(left, node.op, right.left), right.op, right.right)
+    yield from _too_wide(node, words)
     chain = terms(node)
     if len(chain) < 2:
         return
@@ -224,6 +225,19 @@ def _brackets(node: ast.BinOp) -> Found:
         if back is not None:
             made = ast.BinOp(made, back.op, back.right)
         yield "brackets", "around a sum", words, made
+
+
+def _too_wide(node: ast.BinOp, words: str) -> Found:
+    """A factor before or behind a bracket of three terms or more, of which only some should be in it."""
+    if isinstance(node.op, (ast.Mult, ast.MatMult)) and len(inner := terms(node.right)) > 2:
+        for k in range(1, len(inner) - 1):
+            near = ast.BinOp(node.left, node.op, total(inner[:k]))
+            yield "brackets", "around a sum", words, total([(1, near), *inner[k:]])
+    if isinstance(node.op, (ast.Mult, ast.MatMult, ast.Div)) and len(inner := terms(node.left)) > 2:
+        for k in range(1, len(inner) - 1):
+            if inner[k][0] == 1:
+                near = ast.BinOp(total(inner[k:]), node.op, node.right)
+                yield "brackets", "around a sum", words, total([*inner[:k], (1, near)])
 
 
 def _edge(node: ast.expr, ahead: bool) -> ast.BinOp | None:
