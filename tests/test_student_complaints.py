@@ -168,6 +168,7 @@ MISTAKES = {
     "a generator": ("psi", "", "return sum(s[k] for k in range(2))", 1, "one by one"),
     "is for ==": ("mass_block", "", "m = 1.0\nif i is j:\n    m = 2.0\nreturn m", 2, "write =="),
     "a product in place": (RCG, "", "C = F.transpose()\nC @= F\nreturn C", 2, "write C = C @ F"),
+    "len for a length": ("sphere_contact", "", "d = x - c\nl = len(d)\nreturn 1, d / l", 2, "its length is d.norm()"),
     "a string": ("psi", "", "y = 'mu'\nreturn mu", 1, "no number"),
 }  # fmt: skip
 

@@ -79,6 +79,22 @@ def _integer_division(page: Page) -> Iterator[Note]:
                 yield page.note(node, "this cuts off the fraction; leave the cast out.", compiles=True)
 
 
+def _counts(page: Page) -> Iterator[Note]:
+    loops = [
+        n
+        for n in nodes(page.node)
+        if isinstance(n, ast.Call) and ast.unparse(n.func) in ("range", "ti.ndrange")
+    ]
+    counted = {id(inner) for loop in loops for inner in ast.walk(loop)}
+    for node in nodes(page.node):
+        if not isinstance(node, ast.Call) or len(node.args) != 1 or id(node) in counted:
+            continue
+        if isinstance(node.func, ast.Name) and node.func.id == "len":
+            vector = ast.unparse(node.args[0])
+            words = f"len({vector}) is how many entries {vector} has; its length is {vector}.norm()."
+            yield page.note(node, words, compiles=True)
+
+
 def _single_precision(page: Page) -> Iterator[Note]:
     for node in nodes(page.node):
         if isinstance(node, ast.Attribute) and node.attr in ("f32", "f16", "float32", "float16"):
@@ -201,6 +217,7 @@ TRAPS: tuple[Callable[[Page], Iterator[Note]], ...] = (
     _lists,
     _whole_numbers,
     _integer_division,
+    _counts,
     _single_precision,
     _returns,
     _undecorated,
