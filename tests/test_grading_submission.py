@@ -107,10 +107,12 @@ def test_names_in_a_zip_that_nobody_declared_are_read_as_utf8(tmp_path):
     assert collect(tmp_path / "s.zip", TABLE).about.notes == ("Not task files, so not used: Zoë/x.py.",)
 
 
-def test_no_word_is_lost_about_a_file_that_was_given(tmp_path):
-    table = tasks.assignment("solids")
-    shutil.copytree(paths.assignment("solids"), tmp_path / "work")
-    assert table.given == ("objectives.py",)
+@pytest.mark.parametrize(("assignment", "given"), [("cloth", ()), ("solids", ("objectives.py",))])
+def test_no_word_is_lost_about_a_file_that_was_given(assignment, given, tmp_path):
+    table = tasks.assignment(assignment)
+    shutil.copytree(paths.assignment(assignment), tmp_path / "work")
+    assert (tmp_path / "work" / "experiments").is_dir()
+    assert table.given == given
     assert collect(tmp_path / "work", table).about.notes == ()
     (tmp_path / "work" / "mine.py").touch()
     assert collect(tmp_path / "work", table).about.notes == ("Not task files, so not used: mine.py.",)

@@ -32,10 +32,7 @@ from muslin.authoring.regions import HANDOUT, read, stubs, without_regions
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.reading import syntax
-from muslin.tasks import MANIFEST, read_assignment
-
-#: Scripts that measure something with a student's functions, and what is asked about them.
-EXPERIMENTS = "experiments"
+from muslin.tasks import EXPERIMENTS, MANIFEST, read_assignment
 
 PICTURE_TYPES = (".gif", ".jpg", ".png", ".svg", ".webp")
 

@@ -194,7 +194,8 @@ def _extra(found: Found) -> list[str]:
     return [
         path
         for path in found.others + named
-        if path.endswith((".py", ".pth", ".so")) and os.path.basename(path) not in found.given
+        if path.endswith((".py", ".pth", ".so"))
+        and not {os.path.basename(path), "/".join(path.split("/")[-2:])} & {*found.given}
     ]
 
 

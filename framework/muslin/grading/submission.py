@@ -20,7 +20,7 @@ from muslin.base import child, paths
 from muslin.base.errors import MuslinError
 from muslin.grading.choosing import shown
 from muslin.grading.record import Submission
-from muslin.tasks import MANIFEST, Assignment, named_in
+from muslin.tasks import EXPERIMENTS, MANIFEST, Assignment, named_in
 
 #: What the process that reads a submission may take: address space [bytes], processor time and, should the system
 #: not see to that, time by the clock [s].
@@ -145,7 +145,9 @@ def gather(sources: Sequence[Source], name: str, table: Assignment) -> Handed:
         Of the submission, for people.
     table : Assignment
     """
-    answer = _asked(sources, table.files, table.given)
+    measured = (paths.assignment(table.name) / EXPERIMENTS).glob("*.py")
+    given = (*table.given, *(f"{EXPERIMENTS}/{path.name}" for path in measured))
+    answer = _asked(sources, table.files, given)
     files: dict[str, bytes] = {}
     try:
         files = {file: base64.b64decode(text) for file, text in answer["files"].items()}

@@ -68,7 +68,7 @@ class Found:
     wanted : tuple of str
         Names of the task files.
     given : tuple of str
-        Names of files that students are given beside them: no word is lost about those.
+        Names of files that students are given beside them, or folder/name: no word is lost about those.
     entries : list of Entry
         What may be a task file, or is named like one.
     others : list of str

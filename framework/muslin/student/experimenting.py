@@ -12,9 +12,7 @@ from pathlib import Path
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices, said
 from muslin.student.workspace import Workspace
-
-#: Their folder, in an assignment and in a workspace.
-FOLDER = "experiments"
+from muslin.tasks import EXPERIMENTS
 
 
 def scripts(workspace: Workspace) -> dict[str, Path]:
@@ -25,7 +23,7 @@ def scripts(workspace: Workspace) -> dict[str, Path]:
     MuslinError
         If the assignment has none.
     """
-    for folder in (workspace.folder / FOLDER, paths.assignment(workspace.table.name) / FOLDER):
+    for folder in (workspace.folder / EXPERIMENTS, paths.assignment(workspace.table.name) / EXPERIMENTS):
         if found := sorted(folder.glob("*.py"), key=_place_in_handout):
             return {path.stem: path for path in found}
     raise MuslinError(f"The assignment {workspace.table.name!r} has no experiments.")

@@ -7,6 +7,7 @@ path, so any folder with those files is a submission; one broken file costs only
 from muslin.tasks.kinds import form, kind_of
 from muslin.tasks.loading import Functions, answered, failure_of, is_stub, load, usable
 from muslin.tasks.manifest import (
+    EXPERIMENTS,
     MANIFEST,
     Assignment,
     Grading,
@@ -19,6 +20,7 @@ from muslin.tasks.manifest import (
 )
 
 __all__ = [
+    "EXPERIMENTS",
     "MANIFEST",
     "Assignment",
     "Functions",

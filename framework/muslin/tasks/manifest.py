@@ -24,6 +24,9 @@ from muslin.tasks.wiring import Wiring
 
 MANIFEST = "assignment.toml"
 
+#: Folder of scripts that measure something with a student's functions, in an assignment and in a workspace.
+EXPERIMENTS = "experiments"
+
 #: Languages a task's function may be written in.
 LANGUAGES = ("taichi", "python")
 

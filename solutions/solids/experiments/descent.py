@@ -67,4 +67,4 @@ curves = {name: (np.arange(len(seen)), seen) for name, seen in ways.items()}
 picture = line_plot(
     curves, "Newton's method on a wound bar", "step", "gradient", y_unit="N", log_y=True, markers=True
 )
-print("Drawn in", write_png("runs/experiments/newton.png", picture))
+print("Drawn in", write_png("runs/experiments/descent.png", picture))
