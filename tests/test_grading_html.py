@@ -14,7 +14,7 @@ from html.parser import HTMLParser
 import grading_samples as samples
 import pytest
 
-from muslin.grading import views
+from muslin.grading import simulating, views
 from muslin.grading.record import FAILED
 
 BROWSERS = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "chrome")
@@ -283,3 +283,20 @@ def test_the_policy_would_stop_a_script_that_slipped_through(home, tmp_path):
     dom, _ = opened(without_policy(page), tmp_path)  # the test itself sees what it looks for
     assert "<title>hacked</title>" in dom
     assert requests
+
+
+def test_the_report_of_a_solid_speaks_of_a_solid():
+    cloth, run = samples.mixed(), simulating.reference("solids")
+    shape = {
+        "triangles": run["triangles"],
+        "positions": run["positions"],
+        "reference_positions": run["positions"],
+    }
+    there = {name: tuple(map(tuple, table.tolist())) for name, table in shape.items()}
+    beam = dataclasses.replace(cloth.simulation, scene="beam", **there)
+    solid = dataclasses.replace(cloth, assignment={**cloth.assignment, "name": "solids"}, simulation=beam)
+    for record, word, folds in ((cloth, "cloth", True), (solid, "solid", False)):
+        text = views.render(record, "html", quality="draft")
+        assert f"Your {word}" in text
+        assert f"The {word} at the end of the scene {record.simulation.scene}" in text
+        assert ("Draping" in text) == folds

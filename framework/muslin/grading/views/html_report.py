@@ -115,11 +115,12 @@ def _no_pictures(why: str = "") -> dict[str, Any]:
 
 
 def _pictures(record: Record, quality: str) -> dict[str, Any]:
-    """Both cloths at the end of the simulation, or why they cannot be shown."""
+    """Both bodies at the end of the simulation, or why they cannot be shown."""
     if quality == "none":
         return _no_pictures()
     try:
         from muslin.grading.views import pictures  # brings Taichi, which nothing else here needs
+        from muslin.simulation import scenes
 
         yours, reference = pictures.draw(record, quality=quality)
     except MuslinError as error:
@@ -127,12 +128,19 @@ def _pictures(record: Record, quality: str) -> dict[str, Any]:
     except Exception as error:  # a report without pictures is better than none
         return _no_pictures(f"the renderer failed ({one_line(type(error).__name__)}).")
     scene = one_line(record.simulation.scene)
+    word = scenes.get(record.simulation.scene).WORD
     said = (
-        ("student", yours, "Your cloth", f"The cloth at the end of the scene {scene}, with your functions"),
-        ("reference", reference, "The reference", f"The reference cloth at the end of the scene {scene}"),
+        (
+            "student",
+            yours,
+            f"Your {word}",
+            f"The {word} at the end of the scene {scene}, with your functions",
+        ),
+        ("reference", reference, "The reference", f"The reference {word} at the end of the scene {scene}"),
     )
     return {
         "no_pictures": "",
+        "folds": word == "cloth",
         "pictures": [
             {"key": key, "data": base64.b64encode(png).decode("ascii"), "caption": caption, "alt": alt}
             for key, png, caption, alt in said

@@ -53,20 +53,19 @@ def draw(record: Record, size: tuple[int, int] = (640, 480), quality: str = "goo
         raise MuslinError("The record's positions do not fit together.")
     if triangles.min() < 0 or triangles.max() >= len(yours):
         raise MuslinError("The record's triangles name vertices that do not exist.")
-    if not np.isfinite(yours).all():
-        raise MuslinError("The cloth has blown up: its vertices are at places that are not numbers.")
-
     made = tasks.assignment(record.assignment["name"]).simulation
     scene = scenes.get(
         simulation.scene, **(made.parameters if made and made.scene == simulation.scene else {})
     )
+    if not np.isfinite(yours).all():
+        raise MuslinError(f"The {scene.WORD} has blown up: its vertices are at places that are not numbers.")
     time = simulation.reference_energies[-1][0] if simulation.reference_energies else 0.0
     bodies = [b for b in scene.colliders(scene, float(time)) if isinstance(b, (Sphere, Capsule))]
     seen = np.concatenate([reference, *(stage.collider_corners(body) for body in bodies)])
     middle, extent = seen.mean(axis=0), float(np.ptp(seen, axis=0).max())
     near = np.linalg.norm(yours - middle, axis=1) < FURTHEST * extent
     if not near.all():
-        raise MuslinError("The cloth has flown apart: it is nowhere near the reference any more.")
+        raise MuslinError(f"The {scene.WORD} has flown apart: it is nowhere near the reference any more.")
     camera = render.fit_camera(np.concatenate([seen, yours]), scene.view, size)
     around = [_body(body, reference) for body in bodies]
     if scene.ground is not None:
