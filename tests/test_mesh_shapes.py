@@ -212,6 +212,19 @@ def test_vertex_normals_turn_with_the_mesh_and_vanish_on_a_collapsed_one():
     assert (normal == 0).all()
 
 
+@pytest.mark.parametrize("diagonals", range(8))
+def test_a_vertex_normal_does_not_depend_on_how_flat_sides_are_cut(diagonals):
+    """The corner of a cube: all normals are its diagonals, whichever diagonals its sides have."""
+    corners = np.array([[x, y, z] for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float)
+    sides = [[0, 1, 3, 2], [4, 6, 7, 5], [0, 4, 5, 1], [2, 3, 7, 6], [0, 2, 6, 4], [1, 5, 7, 3]]
+    triangles = []
+    for side, flip in zip(sides, [bool(diagonals >> k & 1) for k in (0, 1, 2, 2, 1, 0)], strict=True):
+        a, b, c, d = np.roll(side, flip)
+        triangles += [[a, b, c], [a, c, d]]
+    expected = (2 * corners - 1) / np.sqrt(3)
+    np.testing.assert_allclose(vertex_normals(corners, np.array(triangles)), expected, atol=1e-15)
+
+
 def test_a_hundred_thousand_disjoint_triangles_are_checked_within_a_second():
     rng = np.random.default_rng(0)
     vertices = rng.normal(size=(300_000, 3))

@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from muslin.base import runtime
 from muslin.base.errors import MuslinError
+from muslin.mesh import shapes, vertex_normals
 from muslin.render import (
     Camera,
     Legend,
@@ -26,6 +28,7 @@ from muslin.render import (
     write_png,
 )
 from muslin.render.materials import linear, srgb, strain_position, strain_table
+from muslin.render.tables import gather
 
 SIZE = (160, 120)
 FLAT = Light(sun_strength=0, sky_strength=0.6, floor_strength=0.6, sky="#ffffff", floor="#ffffff")
@@ -56,6 +59,24 @@ def draped(n=24):
 
 def differs(image, background):
     return (np.abs(image.astype(int) - np.asarray(background)) > 3).any(axis=2)
+
+
+# Normals
+
+
+def test_a_picture_has_the_normals_of_the_mesh():
+    """On a fold askew over a grid, whose rows are cut one way and the other."""
+    mesh = shapes.grid(16, 16, plane="xz", diagonals="zigzag")
+    along, across = mesh.vertices @ [1, 0, 1], mesh.vertices @ [1, 0, -1]
+    x = np.stack(
+        [np.sin(6 * along) / 6 + across, np.cos(6 * along) / 6, np.sin(6 * along) / 6 - across], axis=1
+    )
+    runtime.start()
+    from muslin.render import shade
+
+    scene = gather([Surface(x, mesh.triangles, Material("solid", "#a0a0a0"))], wireframe=False)
+    seen = scene.vertex[:, shade.NORMAL : shade.NORMAL + 3]
+    np.testing.assert_allclose(seen, vertex_normals(x, mesh.triangles), atol=2e-6)
 
 
 # Determinism

@@ -163,7 +163,10 @@ def area_and_normal(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.nda
 
 
 def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
-    """Unit normal at each vertex: the area-weighted mean over the triangles around it.
+    """Unit normal at each vertex: the mean over the triangles around it, each by its angle there.
+
+    How a flat piece is divided into triangles makes no difference to it. (A mean by area leans to the side on which
+    more of them meet: on a fold that runs askew over a grid, from row to row to the other side.)
 
     Parameters
     ----------
@@ -177,7 +180,10 @@ def vertex_normals(vertices: np.ndarray, triangles: np.ndarray) -> np.ndarray:
         Zero where the mean vanishes or there are no triangles.
     """
     area, normal = area_and_normal(vertices, triangles)
-    weighted = np.repeat(area[:, None] * normal, 3, axis=0)
+    x = np.asarray(vertices, dtype=np.float64)[triangles]
+    along, back = np.roll(x, -1, axis=1) - x, np.roll(x, 1, axis=1) - x
+    angle = np.arctan2(2 * area[:, None], np.einsum("mik,mik->mi", along, back))
+    weighted = (angle[:, :, None] * normal[:, None]).reshape(-1, 3)
     corners = np.ravel(triangles)
     total = np.stack([np.bincount(corners, weighted[:, k], len(vertices)) for k in range(3)], axis=1)
     length = np.linalg.norm(total, axis=1)

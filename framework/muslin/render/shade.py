@@ -27,19 +27,25 @@ SETTINGS = 40
 
 @ti.kernel
 def add_normals(triangles: I2, first: ti.i32, last: ti.i32, vertex: F2):
-    """Add the area vectors of the triangles first..last to their vertices' normals."""
+    """Add the unit normals of the triangles first..last, times their angle there, to their vertices' normals.
+
+    As `mesh.vertex_normals`: by area instead, a grid's diagonals would show where light and shadow meet.
+    """
     ti.loop_config(serialize=True)
     for m in range(first, last):
         i, j, k = triangles[m, 0], triangles[m, 1], triangles[m, 2]
-        e = Vec3(0.0)
-        f = Vec3(0.0)
-        for c in ti.static(range(3)):
-            e[c] = vertex[j, c] - vertex[i, c]
-            f[c] = vertex[k, c] - vertex[i, c]
-        n = e.cross(f)
-        for a in range(3):
-            for c in ti.static(range(3)):
-                vertex[triangles[m, a], 3 + c] += n[c]
+        p0, p1, p2 = three_of(vertex, i, 0), three_of(vertex, j, 0), three_of(vertex, k, 0)
+        n = (p1 - p0).cross(p2 - p0)
+        length = ti.sqrt(n.dot(n))
+        if length > 0:
+            angles = Vec3(
+                ti.atan2(length, (p1 - p0).dot(p2 - p0)),
+                ti.atan2(length, (p2 - p1).dot(p0 - p1)),
+                ti.atan2(length, (p0 - p2).dot(p1 - p2)),
+            )
+            for a in ti.static(range(3)):
+                for c in ti.static(range(3)):
+                    vertex[triangles[m, a], 3 + c] += angles[a] / length * n[c]
 
 
 @ti.kernel
