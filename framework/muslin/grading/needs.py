@@ -125,14 +125,18 @@ class Needs:
 
     def _flat(self, results: Sequence[Any]) -> np.ndarray:
         """All results of each case in a row, in units of their scales, (b, m)."""
+        return self.in_units(results, np.arange(len(self.scales[0])))
+
+    def in_units(self, results: Sequence[Any], cases: np.ndarray) -> np.ndarray:
+        """The same of some of the cases."""
         if len(results) != len(self.shapes):
             raise Unclear
         rows = []
-        for one, shape, scale in zip(results, self.shapes, self.scales, strict=True):
-            if np.ndim(one) and np.shape(one)[1:] != shape[1:]:
+        for one, (_, *form), scale in zip(results, self.shapes, self.scales, strict=True):
+            if np.ndim(one) and np.shape(one)[1:] != tuple(form):
                 raise Unclear
-            array = np.broadcast_to(np.asarray(one, dtype=np.float64), shape)
-            rows.append(array.reshape(len(array), -1) / scale[:, None])
+            array = np.broadcast_to(np.asarray(one, dtype=np.float64), (len(cases), *form))
+            rows.append(array.reshape(len(array), -1) / scale[cases, None])
         return np.concatenate(rows, axis=1)
 
     def _solved(self, node: Any, flat: np.ndarray) -> Target | bool:

@@ -10,25 +10,25 @@ from __future__ import annotations
 
 import ast
 import itertools
-import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from fractions import Fraction
 from typing import Any
 
 import numpy as np
 
 from muslin.base.errors import MuslinError
 from muslin.grading.making import made
-from muslin.grading.needs import IMPOSSIBLE, NEAR, Needs, Slope, Spread, Target
+from muslin.grading.needs import IMPOSSIBLE, Needs, Spread, Target
+from muslin.grading.numbers import numbers
 from muslin.grading.pointing import Place, pointed
 from muslin.grading.rivals import likeliest
+from muslin.grading.stacking import Stack
 from muslin.judging.reference import TOLERANCE
 from muslin.reading.meaning import Meaning, Unclear
 from muslin.reading.page import used
 from muslin.reading.repairs import Changes, Repair
-from muslin.reading.repairs.pieces import number, ratio, with_one
+from muslin.reading.repairs.pieces import with_one
 from muslin.reading.repairs.readable import ordinary
 from muslin.reading.source import Source
 
@@ -37,10 +37,13 @@ from muslin.reading.source import Source
 LOOKED, TRIED, TRIED_APART, TRIED_IN_LOOPS = 6000, 2000, 250, 2200
 
 #: Most steps taken for one function: they bound the time, whatever the text is.
-SPENT = 300_000
+SPENT = 400_000
 
 #: Steps up to which the changes of a short function are so cheap that more may be tried, and how many times as many.
 CHEAP, OFTEN = 40_000, 4
+
+#: What a step counts for that is taken for many changes at once, and how many changes are looked at together.
+DEARER, CHUNKS = 2, (40, 80, 160, 320)
 
 #: Share of that which changes of a symbol or two may cost, before larger ones are looked at.
 SMALL = 0.7
@@ -167,6 +170,7 @@ class Search(Needs):
         self.changes = Changes(self.meaning, [functions[key] for key in mine[1:]], self._called())
         self._nodes = {id(n): n for f in self.changes.scope.functions for n in ast.walk(f)}
         self._tried = 0
+        self._stack: Stack | None = None
 
     def node(self, key: int) -> ast.AST | None:
         """A node of the function, by its id."""
@@ -182,18 +186,18 @@ class Search(Needs):
         """The plainest change that makes all results right, or those entries that are asked for."""
         spare: Repair | None = None
         most = TRIED_IN_LOOPS if self.meaning.widened else TRIED if self.asked.all() else TRIED_APART
-        small = itertools.chain(self.changes.unused(), self.changes.plain(), self._numbers())
+        small = itertools.chain(self.changes.unused(), self.changes.plain(), numbers(self))
         for changes, share in ((small, SMALL), (self.changes.larger(self._hope), 1.0)):
             found: list[Repair] = []
             since = 0
-            for change in itertools.islice(changes, LOOKED):
+            for change, may_be in self._screened(itertools.islice(changes, LOOKED)):
                 try:
-                    right = self._may_be(change) and self.is_right(change)
+                    right = may_be and self.is_right(change)
                     if right and self._idle(change):
                         spare, right = spare or change, False
                 except IMPOSSIBLE:
                     continue
-                spent = self.meaning.spent
+                spent = self.spent
                 if right:
                     since = since or spent
                     found.append(change)
@@ -206,37 +210,6 @@ class Search(Needs):
         if spare is None and self.asked.all():
             spare = next(made(self), None)
         return spare and self._told(spare)
-
-    def _numbers(self) -> Iterator[Repair]:
-        """Numbers of the text that would be right if they were another one, the same in all cases."""
-        scope = self.changes.scope
-        for node in ast.walk(self.meaning.node):
-            indexed = isinstance(scope.parent(node), (ast.Subscript, ast.Slice))
-            if not isinstance(node, ast.Constant) or indexed or not scope.counts(node):
-                continue
-            stands = node.value
-            if isinstance(stands, bool) or not isinstance(stands, (int, float)):
-                continue
-            slope = self.slope(node)
-            if not isinstance(slope, (Slope, Target)):
-                continue
-            needed, asked = slope.value, getattr(slope, "asked", self.usable)
-            if isinstance(slope, Slope):
-                needed, asked = slope.needed[:, 0], asked & (np.abs(slope.rows[:, :, 0]).max(axis=1) > 1e-9)
-            if not asked.any():
-                continue
-            middle = float(np.median(needed[asked]))
-            if (np.abs(needed[asked] - middle) <= NEAR * (abs(middle) + 1e-9)).all():
-                nearest = Fraction(middle).limit_denominator(360)
-                belongs = nearest.numerator if nearest.denominator == 1 else float(nearest)
-                for other in dict.fromkeys(
-                    (math.copysign(1, stands) * abs(belongs), belongs)
-                ):  # of squares both
-                    other = belongs if other == belongs else -belongs
-                    words = f"the number {stands:g}{scope.context(node)} is wrong{ratio(stands, other)}"
-                    yield Repair(
-                        "number", f"{stands}->{other}", node.lineno, words, {id(node): number(other)}
-                    )
 
     def _told(self, change: Repair) -> Repair:
         """A change with where it is, and what belongs there: the smallest whole that shows it, as it should be."""
@@ -276,7 +249,7 @@ class Search(Needs):
 
     def pointed(self) -> Repair | None:
         """Where it goes wrong, whatever belongs there."""
-        change = pointed(self) if self.meaning.spent <= SPENT else None
+        change = pointed(self) if self.spent <= SPENT else None
         return change and self._told(change)
 
     def nothing(self) -> Repair:
@@ -353,15 +326,42 @@ class Search(Needs):
         right = np.abs(self._flat(self.meaning.otherwise(change.changes)) - self.right) <= TOLERANCE
         return bool(right[:, self.asked].all() and not (~right & ~self.wrong).any())
 
-    def _may_be(self, change: Repair) -> bool:
-        """Whether a change can make all right, as far as that is known without working it out."""
+    @property
+    def spent(self) -> int:
+        """Steps taken so far."""
+        return self.meaning.spent + (DEARER * self._stack.meaning.spent if self._stack else 0)
+
+    def _screened(self, changes: Iterator[Repair]) -> Iterator[tuple[Repair, bool]]:
+        """Changes, each with whether it can make all right, as far as that is known without working it out."""
+        for size in itertools.chain(CHUNKS, itertools.repeat(CHUNKS[-1])):
+            some = list(itertools.islice(changes, size))
+            if not some:
+                return
+            may_be = [self._may_be(change) for change in some]
+            asked = [k for k, known in enumerate(may_be) if known is None]
+            if asked:
+                self._stack = self._stack or Stack(self)
+                for k, fits in zip(asked, self._stack.fitting([some[k] for k in asked]), strict=True):
+                    may_be[k] = fits
+            yield from zip(some, map(bool, may_be), strict=True)
+
+    def _may_be(self, change: Repair) -> bool | None:
+        """Whether a change can make all right, as far as that is known without working it out; None if it is not."""
+        try:
+            return self._known_to_be(change)
+        except IMPOSSIBLE:
+            return False
+
+    def _known_to_be(self, change: Repair) -> bool | None:
         if len(change.changes) != 1:
             return True
         ((key, new),) = change.changes.items()
         node = self._nodes[key]
-        slope = self.slope(node) if isinstance(node, ast.expr) else True
+        if not isinstance(node, ast.expr):
+            return True
+        slope = self.slope(node)
         if isinstance(slope, bool):
-            return slope
+            return None if slope else False
         given = isinstance(node, ast.Constant) and not change.detail.startswith("exponent")
         if key not in self.meaning.here or (isinstance(slope, Target) and not given):
             return True  # another number than was found may be right, too

@@ -19,11 +19,51 @@ from muslin.reading.expressions import index
 if TYPE_CHECKING:
     from muslin.reading.meaning import Meaning
 
-#: Passes from which on a loop is worked out at once.
-MANY = 9
+#: Passes from which on a loop is dear, and is worked out at once or not at all; fewest that are worked out at once.
+MANY, FEWEST = 9, 2
 
-#: Steps that one step counts for, all passes at once.
-DEAR = 4
+#: Rows that are as dear as one step more, all passes at once; steps that it takes to put them beside each other.
+ROWS, BESIDE = 150, 60
+
+
+@dataclass(frozen=True)
+class Nest:
+    """Loops that hold each other and little else, and what is done in the innermost."""
+
+    loops: list[ast.For]
+    body: list[ast.stmt]
+
+
+def nested(statement: ast.For) -> Nest:
+    """A loop, and those within it that may as well run together with it: before them there are values alone."""
+    found: Nest | None = getattr(statement, "_nest", None)
+    if found is None:
+        found = statement._nest = _nested(statement)  # type: ignore[attr-defined]
+    return found
+
+
+def _nested(statement: ast.For) -> Nest:
+    loops, body = [statement], statement.body
+    before: list[ast.stmt] = []
+    while body and isinstance(body[-1], ast.For) and all(map(_sets_a_name, body[:-1])):
+        inner: Any = body[-1]
+        counted = {n.id for loop in loops for n in ast.walk(loop.target) if isinstance(n, ast.Name)}
+        counted |= {n.id for line in [*before, *body[:-1]] for n in ast.walk(line) if isinstance(n, ast.Name)}
+        own = {n.id for n in ast.walk(inner.iter) if isinstance(n, ast.Name)}
+        given = {t.id for line in [*before, *body[:-1]] for t in line.targets}  # type: ignore[attr-defined]
+        stored = (n for n in ast.walk(inner) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store))
+        if inner.orelse or own & counted or given & {n.id for n in stored}:
+            break
+        loops, before, body = [*loops, inner], [*before, *body[:-1]], inner.body
+    return Nest(loops, [*before, *body])
+
+
+def _sets_a_name(statement: ast.stmt) -> bool:
+    return (
+        isinstance(statement, ast.Assign)
+        and len(statement.targets) == 1
+        and isinstance(statement.targets[0], ast.Name)
+    )
 
 
 @dataclass
@@ -68,17 +108,20 @@ class Wide:
             found.made[spot], found.written[spot] = new, True
 
 
-def at_once(meaning: Meaning, statement: ast.For, over: Sequence[Any], env: dict[str, Any]) -> bool:
-    """Work a loop out at once; False if that cannot be done.
+def at_once(
+    meaning: Meaning, statement: ast.For, nest: Nest, over: Sequence[Any], env: dict[str, Any]
+) -> bool:
+    """Work a loop out at once, or several within each other; False if that cannot be done.
 
     Raises
     ------
     Unclear
         If something in it is not understood.
     """
-    body = [meaning.instead_of(s) for s in statement.body]
-    summed = _summed(meaning, body, env)
-    if meaning.wide is not None or len(over) < MANY or summed is None:
+    if meaning.wide is not None or len(over) < FEWEST:
+        return False
+    summed = _summed(meaning, [meaning.instead_of(s) for s in nest.body], env)
+    if summed is None or not all(type(item) is int or isinstance(item, tuple) for item in over):
         return False
     passes, count = len(over), meaning.count
     rows = passes * count
@@ -92,7 +135,11 @@ def at_once(meaning: Meaning, statement: ast.For, over: Sequence[Any], env: dict
         inside[name] = np.repeat(value, passes, axis=0) if np.ndim(value) and len(value) == count else value
     columns = list(zip(*over, strict=True)) if isinstance(over[0], tuple) else [tuple(over)]
     arrays = [np.tile(np.array(column), count) for column in columns]
-    meaning.assign_loop(statement.target, tuple(arrays) if isinstance(over[0], tuple) else arrays[0], inside)
+    targets = [t for loop in nest.loops for t in _one_by_one(loop.target)]
+    if len(targets) != len(arrays):
+        return False
+    for target, array in zip(targets, arrays, strict=True):
+        meaning.assign_loop(target, array, inside)
     sums = {}
     for name in summed:
         shape = (rows, *form(env[name]))
@@ -100,9 +147,10 @@ def at_once(meaning: Meaning, statement: ast.For, over: Sequence[Any], env: dict
     values = meaning.wide_values
     if meaning.rows_of.setdefault(id(statement), rows) != rows:
         meaning.wide_values = {}  # another number of passes
+    meaning.spent += BESIDE
     meaning.wide, meaning.count = Wide(sums, np.ones(rows, dtype=bool)), rows
     try:
-        if meaning.run(statement.body, inside) is not None:
+        if meaning.run(nest.body, inside) is not None:
             raise Unclear
     finally:
         meaning.wide, meaning.count, meaning.wide_values = None, count, values
@@ -112,6 +160,10 @@ def at_once(meaning: Meaning, statement: ast.For, over: Sequence[Any], env: dict
     for name, found in sums.items():
         env[name] = _total(found, env[name], count, passes)
     return True
+
+
+def _one_by_one(target: ast.expr) -> list[ast.expr]:
+    return list(target.elts) if isinstance(target, ast.Tuple) else [target]
 
 
 def _total(found: Sum, before: Any, count: int, passes: int) -> np.ndarray:

@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import ast
 import copy
+import itertools
 import operator
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
@@ -23,7 +24,7 @@ import numpy as np
 
 from muslin.reading.arithmetic import METHODS, Unclear, cast, checked, chosen, combined, form, rank, whole
 from muslin.reading.expressions import PASSES, READERS, Fixed, function_of, index
-from muslin.reading.loops import DEAR, Wide, at_once
+from muslin.reading.loops import MANY, ROWS, Nest, Wide, at_once, nested
 
 __all__ = ["METHODS", "Fixed", "Meaning", "Same", "Unclear"]
 
@@ -100,7 +101,8 @@ class Meaning:
             id(inner): k for k, statement in enumerate(self.node.body) for inner in ast.walk(statement)
         }
         self._node = {id(inner): inner for f in functions.values() for inner in ast.walk(f)}
-        self._passes: dict[int, list[Any]] = {}
+        self._passes: dict[tuple[int, int], list[Any]] = {}
+        self._one_by_one: set[tuple[int, int]] = set()  # loops whose passes cannot be worked out at once
         self._home = {id(inner): key for key, f in functions.items() for inner in ast.walk(f)}
         self.forms: dict[int, tuple[int, ...]] = {}
         self.variables: dict[str, tuple[int, ...]] = {}
@@ -358,30 +360,54 @@ class Meaning:
         return None
 
     def _for(self, statement: ast.For, env: dict[str, Any]) -> Any:
-        dirty = not self._clean(statement.iter)
-        known = (
-            self._passes.get(id(statement)) if not dirty and self._depth == 0 and self.wide is None else None
-        )
-        over = list(self.passes(statement.iter, env)) if known is None else known
+        nest = nested(statement)
+        if len(nest.loops) > 1 and self._looped(statement, nest, env) is not NotImplemented:
+            return None
+        return self._looped(statement, Nest([statement], statement.body), env)
+
+    def _looped(self, statement: ast.For, nest: Nest, env: dict[str, Any]) -> Any:
+        """Work a loop out, or several within each other at once: `NotImplemented` where that cannot be done."""
+        dirty = not all(self._clean(loop.iter) for loop in nest.loops)
+        key = (id(statement), len(nest.loops))
+        known = self._passes.get(key) if not dirty and self._depth == 0 and self.wide is None else None
+        over = list(self._over_all(nest.loops, env)) if known is None else known
         if len(over) > PASSES or statement.orelse:
             raise Unclear
         if not dirty and self._depth == 0 and all(type(item) in (int, tuple) for item in over):
-            self._passes[id(statement)] = over
+            self._passes[key] = over
         if dirty:
             self._dirty |= _assigned(statement)
         inside = self._inside(statement)
-        for key, new in self._over.items():
-            if key in inside:  # what is written there, and what would be, may be read in the next pass
-                self._dirty |= _assigned(new) | (_assigned(self._node[key]) if key in self._node else Names())
-        if at_once(self, statement, over, env):
-            self.widened = self.widened or self._first
-            return None
+        for replaced, new in self._over.items():
+            if replaced in inside:  # what is written there, and what would be, may be read in the next pass
+                node = self._node.get(replaced)
+                self._dirty |= _assigned(new) | (_assigned(node) if node is not None else Names())
+        if key not in self._one_by_one:
+            try:
+                if at_once(self, statement, nest, over, env):
+                    self.widened = self.widened or (self._first and len(over) >= MANY)
+                    return None
+            except Unclear:
+                if len(over) >= MANY and len(nest.loops) == 1:
+                    raise
+            if self._first:
+                self._one_by_one.add(key)
+        if len(nest.loops) > 1:
+            return NotImplemented
         for item in over:
             self.assign_loop(statement.target, item, env)
             found = self._run(statement.body, env)
             if found is not None:
                 return found
         return None
+
+    def _over_all(self, loops: Sequence[ast.For], env: dict[str, Any]) -> Iterator[Any]:
+        """What a loop runs over; of several within each other all their numbers together."""
+        if len(loops) == 1:
+            yield from self.passes(loops[0].iter, env)
+        else:
+            for items in itertools.product(*(list(self.passes(loop.iter, env)) for loop in loops)):
+                yield tuple(n for item in items for n in (item if isinstance(item, tuple) else (item,)))
 
     def assign_loop(self, target: ast.expr, item: Any, env: dict[str, Any]) -> None:
         """Give the variables of a loop their values."""
@@ -453,13 +479,12 @@ class Meaning:
         if self._first and not isinstance(found, (list, tuple)):
             self.forms[key] = form(found)
         if self._recording:
-            if self.wide is not None:
-                self.wide_values[key] = found
-            elif key in self.values or key in self._again:
+            values = self.values if self.wide is None else self.wide_values
+            if key in values or key in self._again:
                 self._again.add(key)
-                self.values.pop(key, None)
+                values.pop(key, None)
             else:
-                self.values[key] = found
+                values[key] = found
         return found
 
     def _see(self, key: int, value: Any) -> None:
@@ -494,7 +519,7 @@ class Meaning:
 
     def _step(self) -> None:
         self._steps += 1
-        self.spent += 1 if self.wide is None else DEAR
+        self.spent += 1 + (self.count // ROWS if self.wide is not None else 0)
         if self._steps > STEPS:
             raise Unclear
 

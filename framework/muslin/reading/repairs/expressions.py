@@ -96,6 +96,10 @@ def _signs(scope: Scope, node: Any, form: Form | None) -> Found:
         yield "sign", f"{stands} before {like(node.right)}", words, ast.BinOp(node.left, belongs, node.right)
     outer = scope.parent(node)
     first = isinstance(outer, ast.BinOp) and isinstance(outer.op, (ast.Add, ast.Sub)) and outer.left is node
+    if form == () and _power(outer) and outer.right is node:  # type: ignore[union-attr]
+        words = f"a sign is wrong: the minus before the exponent {code(node)} is missing"
+        yield "sign", f"exponent {like(node)}", words, minus(scope.alias(node))
+        return
     own = first or isinstance(outer, (ast.stmt, ast.List, ast.Tuple, ast.Call))
     zero = isinstance(node, ast.Constant) and not node.value
     if form is not None and own and not zero and not isinstance(node, ast.Compare):
@@ -154,7 +158,7 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
     what = "threshold" if isinstance(outer, ast.Compare) else "number"
     idle = _idle(outer)
     for other in dict.fromkeys((*made, *NUMBERS)):
-        if other not in (value, idle):
+        if other not in (value, idle) and not (other == 1 and _power(outer)):
             words = f"the {what} {value:g}{here} is wrong{ratio(value, other)}"
             whole = isinstance(value, int) and other == int(other)
             yield "number", f"{value}->{other}", words, number(int(other) if whole else other)
@@ -168,6 +172,10 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
         words = f"the number {value:g} stands in place of {scope.said(key)}{here}"
         kind = "condition" if isinstance(outer, ast.Compare) else "name"
         yield kind, f"{value}->{key}", words, name(key)
+
+
+def _power(outer: ast.AST | None) -> bool:
+    return isinstance(outer, ast.BinOp) and isinstance(outer.op, ast.Pow)
 
 
 def _idle(outer: ast.AST | None) -> int | None:
