@@ -141,6 +141,17 @@ def test_the_clocks_going_forward_between_deadline_and_submission_make_no_hour(t
     assert "late by 23 h 30 min" in made.told()
 
 
+@pytest.mark.parametrize("day", ["2026-03-02", "'2026-03-02'", '"2026-03-02"'])
+def test_a_day_alone_is_its_last_minute_quoted_or_not(day, tmp_path):
+    rules = f'[late]\nzone = "America/Toronto"\ndeadline = {day}\npercent-per-day = 10\n'
+    on_time, late_ = submitted("a", "2026-03-02 23:59"), submitted("b", "2026-03-03 00:00")
+    desk = policy(tmp_path, [on_time, late_], rules)
+    assert row(desk, on_time, 80).taken == 0
+    assert row(desk, late_, 80).taken == 8
+    with pytest.raises(MuslinError, match="write 2026-03-02T23:59:00-05:00"):
+        policy(tmp_path, [on_time], rules.replace('zone = "America/Toronto"\n', ""))
+
+
 @pytest.mark.parametrize(
     ("rules", "said"),
     [

@@ -149,6 +149,76 @@ def test_which_assignment_is_answered_a_submission_says_itself_and_nothing_else_
     assert muslin.grade(work, "toy").score == 30
 
 
+def test_where_nothing_says_which_assignment_it_is_its_files_do(work, tmp_path):
+    (work / tasks.MANIFEST).unlink()
+    shutil.rmtree(work / ".muslin")
+    assert "7 of 7 tasks" in told("check", "--functions", str(work), folder=tmp_path)
+    assert muslin.grade(work).assignment["name"] == "toy"
+    solids = tmp_path / "solids"
+    solids.mkdir()
+    for file in ("forces.py", "shape_functions.py"):  # the second is a file of cloth, too
+        shutil.copy(paths.assignment("solids") / file, solids)
+    assert muslin.grade(solids).assignment["name"] == "solids"
+    (solids / "forces.py").unlink()
+    assert muslin.grade(solids).assignment["name"] == "cloth"  # nothing tells them apart
+    (solids / "shape_functions.py").rename(solids / "essay.py")
+    said = told("grade", str(solids), folder=tmp_path, code=1)
+    assert "It was taken for cloth; --assignment names another: cloth, solids, toy." in " ".join(said.split())
+
+
+def test_in_a_workspace_another_folder_is_taken_for_the_same_assignment(work, tmp_path):
+    other = tmp_path / "other"
+    other.mkdir()
+    shutil.copy(TOY / "energy.py", other)
+    (other / "energy.py").rename(other / "shape_functions.py")  # a name of cloth's
+    shutil.copy(TOY / "energy.py", other)
+    assert "psi" in told("check", "psi", "--functions", "../other", folder=work)
+
+
+def test_what_is_handed_in_says_what_it_answers(work):
+    told("submit", "--out", "mine.zip", folder=work)
+    record = muslin.grade(work / "mine.zip")
+    assert record.assignment["name"] == "toy"
+    assert record.score == 30
+    assert record.submission.notes == ()
+
+
+def test_an_assignment_without_a_simulation_promises_none(work):
+    assert "Next: muslin submit packs your functions to hand in." in told("check", folder=work)
+    said = told("run", folder=work, code=1)
+    assert "toy has no simulation: no scene calls its functions. Instead: muslin submit" in " ".join(
+        said.split()
+    )
+    assert "no simulation" in told("run", "drape", folder=work, code=1)
+    (work / "experiments").mkdir()
+    (work / "experiments" / "net.py").write_text('"""A net."""\nprint("a net")\n')
+    assert "Next: muslin experiment shows what" in told("check", folder=work)
+    assert "What to ask" not in told("experiment", folder=work)
+    (work / "experiments" / "README.md").write_text("What does it weigh?\n")
+    assert "What to ask of it: experiments/README.md" in told("experiment", folder=work)
+
+
+@pytest.mark.parametrize("platform", ["students", "gradescope"])
+def test_what_is_not_as_the_solution_gives_it_is_not_packed(platform, course, tmp_path):
+    released = paths.assignment("toy")
+    stub = (released / "energy.py").read_bytes()
+    stray = released / "reference.py"
+    try:
+        shutil.copy(TOY / "energy.py", released)
+        said = told("pack", platform, "--assignment", "toy", "--out", "out", folder=tmp_path, code=1)
+        assert "energy.py" in said
+        assert "Nothing was packed. See all with: muslin release toy --check" in " ".join(said.split())
+        (released / "energy.py").write_bytes(stub)
+        shutil.copy(TOY / "reference.py", stray)
+        assert "reference.py is superfluous" in told(
+            "pack", platform, "--assignment", "toy", "--out", "out", folder=tmp_path, code=1
+        )
+        assert not (tmp_path / "out").exists()
+    finally:
+        (released / "energy.py").write_bytes(stub)
+        stray.unlink(missing_ok=True)
+
+
 def test_watch_checks_what_was_saved(work):
     from muslin.student import watching, workspace
 

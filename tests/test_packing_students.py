@@ -151,7 +151,7 @@ def told(given, *words, folder="cloth"):
 
 
 def test_students_work_with_it_as_its_readme_says(given):
-    assert "Everything you need" in (given / "README.md").read_text(encoding="utf-8")
+    assert "everything you need" in (given / "README.md").read_text(encoding="utf-8")
     assert "@" not in (given / "README.md").read_text(encoding="utf-8")
     code, said = told(given, "check", "phi")
     assert code == 1

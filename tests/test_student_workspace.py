@@ -283,7 +283,7 @@ def test_what_is_handed_in_is_looked_at_again(typed):
     assert "Attention: collision.py" in out
     assert "Attention: stiffness.py, line 1" in out
     with zipfile.ZipFile("my-cloth-cloth.zip") as archive:
-        assert set(archive.namelist()) == set(FILES) - {"collision.py"}
+        assert set(archive.namelist()) == {*FILES, "assignment.toml"} - {"collision.py"}
     before = Path("my-cloth-cloth.zip").read_bytes()
     assert typed("submit")[0] == 0
     assert Path("my-cloth-cloth.zip").read_bytes() == before, "the same work is the same zip"

@@ -224,7 +224,8 @@ def _moment(entry: Any, what: str, zone: tzinfo | None) -> datetime:
     """A point in time; a day alone is its last minute."""
     if isinstance(entry, str):
         try:
-            entry = datetime.fromisoformat(entry.strip().replace("Z", "+00:00"))
+            entry = entry.strip().replace("Z", "+00:00")
+            entry = (date if len(entry) == len("2026-03-02") else datetime).fromisoformat(entry)
         except ValueError:
             raise ValueError(f"{what} {one_line(entry)!r} is no point in time") from None
     if isinstance(entry, date) and not isinstance(entry, datetime):

@@ -22,8 +22,9 @@ from muslin.classes.whose import assigned
 from muslin.classes.work import Job, Result, Terms, edition
 from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
-from muslin.grading.submission import Handed, gather, named, named_by
+from muslin.grading.submission import Handed, answered, gather, named_by
 from muslin.grading.views.text import one_line, points
+from muslin.tasks.guessing import USUAL
 
 #: How many submissions that could not be graded are named in the summary.
 NAMED = 20
@@ -131,7 +132,7 @@ def grade_class(
     out : path
         Folder of the report; its `records` make a run that was stopped go on.
     assignment : str, optional
-        Default: the one that most of the submissions' own assignment.toml name; else cloth.
+        Default: the one that most of the submissions answer, by their own assignment.toml or their files; else cloth.
     hidden, seed, safety, deadline
         As in `muslin.grade`.
     jobs : int, optional
@@ -203,15 +204,15 @@ def grade_class(
 
 
 def _named(submissions: Path) -> str:
-    """The assignment that most submissions name, of the first that are there."""
+    """The assignment that most submissions answer, of the first that are there."""
     there = sorted(submissions.iterdir())[:ASKED] if submissions.is_dir() else []
     names = Counter(filter(None, map(_name_of, there)))
-    return paths.bare(names.most_common(1)[0][0]) if names else "cloth"
+    return paths.bare(names.most_common(1)[0][0]) if names else USUAL
 
 
 def _name_of(submission: Path) -> str | None:
     with contextlib.suppress(MuslinError):  # what names none there is gets a reason of its own
-        return named(submission)
+        return answered(submission)
     return None
 
 

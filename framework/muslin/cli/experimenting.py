@@ -6,6 +6,7 @@ from typing import Annotated
 
 import typer
 
+from muslin.base import paths
 from muslin.cli.app import app
 from muslin.cli.console import say
 from muslin.cli.student import Functions
@@ -26,6 +27,9 @@ def experiment(
     if name is not None:
         experimenting.run(workspace, name)
         return
-    for known, script in experimenting.scripts(workspace).items():
+    found = experimenting.scripts(workspace)
+    for known, script in found.items():
         say(f"  {known:12} {experimenting.title(script)}")
-    say("Run one with: muslin experiment NAME. What to ask of it: experiments/README.md")
+    guides = {script.with_name("README.md") for script in found.values()}
+    asked = [f" What to ask of it: {paths.shown(guide)}" for guide in guides if guide.is_file()]
+    say(f"Run one with: muslin experiment NAME.{''.join(asked)}")

@@ -43,7 +43,7 @@ def grade(
     assignment: Annotated[
         str | None,
         typer.Option(
-            help="The assignment it answers. Default: what its own assignment.toml says, else cloth."
+            help="The assignment it answers. Default: what its assignment.toml says, else the one whose files it has."
         ),
     ] = None,
     hidden: Annotated[

@@ -217,11 +217,11 @@ def run(
     from muslin.student.workspace import find
 
     workspace = find(functions)  # the likeliest trouble first: the rest takes a second to import
-    scene = scene or workspace.scene
     from muslin.cli.simulating import _settings, _size
     from muslin.simulation import scenes
     from muslin.student import running
 
+    scene = running.scene(workspace, scene)
     settings = running.shown(workspace) | _settings(setting, mesh=mesh, scale=scale)
     scenes.get(scene, **settings)  # what is misspelt is said before anything else
     picture = _size(size)
@@ -375,22 +375,14 @@ def gradcheck(
     from muslin.student.workspace import find
 
     workspace = find(functions)
-    from muslin.tasks.manifest import chosen_tasks
-
-    asked = chosen_tasks(tasks, workspace.table)
-    derivatives = v_curves.derivatives(workspace.table.name)
-    names = [name for name in asked or workspace.table.tasks if name in derivatives]
-    if asked and not names:
-        raise MuslinError(f"{', '.join(asked)} is not a derivative.", f"There is: {', '.join(derivatives)}.")
+    names = v_curves.chosen(tasks, workspace.table)
     folder = out or workspace.folder / "runs" / "gradcheck"
     wrong = False
     with Worker() as worker:
-        for found in worker.ask(
-            v_curves.curves, workspace.folder, workspace.table.name, tuple(names), deadline=60
-        ):
+        for found in worker.ask(v_curves.curves, workspace.folder, workspace.table.name, names, deadline=60):
             if isinstance(found, tuple):
                 name, why = found
-                wrong |= bool(asked)
+                wrong |= bool(tasks)
                 say(f"---- {name}: {why.splitlines()[0]}")
                 continue
             wrong |= not found.right

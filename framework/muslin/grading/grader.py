@@ -23,8 +23,9 @@ from muslin.grading.kernels import Store, tidy
 from muslin.grading.record import Record, TaskResult
 from muslin.grading.sandbox import Sandbox
 from muslin.grading.stages import Progress, Stages
-from muslin.grading.submission import Handed, gradable, named
+from muslin.grading.submission import Handed, answered, gradable
 from muslin.tasks import Assignment, constants
+from muslin.tasks.guessing import USUAL
 
 
 def grade(
@@ -48,7 +49,7 @@ def grade(
     submission : path or Handed
         A folder, a zip or a tar with (some of) the assignment's files, or what was collected of one.
     assignment : str, optional
-        Default: the one that its own assignment.toml names, where there is such an assignment; else cloth. Nothing
+        Default: the one that its own assignment.toml names; else the one whose files it has; else cloth. Nothing
         else in that file is believed.
     hidden : path, optional
         An instructor's hidden reference data, from `muslin reference build --hidden`; used besides the hidden
@@ -83,9 +84,9 @@ def grade(
     """
     began = time.monotonic()
     if assignment is None and not isinstance(submission, Handed):
-        assignment = named(submission)
-    table = tasks.assignment(assignment or "cloth")
-    handed = gradable(submission, table)
+        assignment = answered(submission)
+    table = tasks.assignment(assignment or USUAL)
+    handed = gradable(submission, table, supposed=assignment is None)
     if not isinstance(submission, Handed) and _is_ours(Path(submission), table):
         student = student or constants.NOBODY
     table = _of_student(table, handed, student or handed.student)

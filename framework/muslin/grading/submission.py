@@ -21,6 +21,7 @@ from muslin.base.errors import MuslinError
 from muslin.grading.choosing import shown
 from muslin.grading.record import Submission
 from muslin.tasks import EXPERIMENTS, MANIFEST, Assignment, named_in
+from muslin.tasks.guessing import fitting, known
 
 #: What the process that reads a submission may take: address space [bytes], processor time and, should the system
 #: not see to that, time by the clock [s].
@@ -119,8 +120,31 @@ def named_by(sources: Sequence[Source], name: str) -> str | None:
     return named_in(manifest.decode("utf-8", errors="replace"), name)
 
 
-def gradable(submission: Path | str | Handed, table: Assignment) -> Handed:
+def answered(path: Path | str) -> str | None:
+    """Which assignment a submission answers: as its own manifest says, or else by the names of its files.
+
+    Parameters
+    ----------
+    path : path
+        A folder, a zip or a tar.
+
+    Returns
+    -------
+    str or None
+        None where neither says anything.
+    """
+    return named(path) or fitting(_asked([Source(Path(path).resolve())], _all_files()).get("files", {}))
+
+
+def _all_files() -> list[str]:
+    """The task files of every assignment."""
+    return list(dict.fromkeys(file for table in known().values() for file in table.files))
+
+
+def gradable(submission: Path | str | Handed, table: Assignment, supposed: bool = False) -> Handed:
     """What was handed in, if something of it can be graded; what was collected already is taken as it is.
+
+    `supposed`: that it answers this assignment is only supposed, since nothing says so.
 
     Raises
     ------
@@ -131,7 +155,12 @@ def gradable(submission: Path | str | Handed, table: Assignment) -> Handed:
         return submission
     handed = collect(submission, table)
     if handed.unreadable:
-        raise Unreadable(f"{paths.shown(submission)} cannot be graded. {handed.unreadable}")
+        raise Unreadable(
+            f"{paths.shown(submission)} cannot be graded. {handed.unreadable}",
+            f"It was taken for {table.name}; --assignment names another: {', '.join(known())}."
+            if supposed
+            else "",
+        )
     return handed
 
 

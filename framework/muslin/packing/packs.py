@@ -10,7 +10,7 @@ from importlib import resources
 from pathlib import Path
 
 from muslin import tasks
-from muslin.authoring import lint, wheel
+from muslin.authoring import lint, release, wheel
 from muslin.authoring.reference_data import PROVENANCE
 from muslin.base import paths
 from muslin.base.errors import MuslinError
@@ -113,7 +113,8 @@ def pack(
     Raises
     ------
     MuslinError
-        If students could read the hidden data or an answer in the pack, or it cannot be written.
+        If students could read the hidden data or an answer in the pack, what is released is not what the solution
+        gives, or it cannot be written.
     """
     if platform not in PLATFORMS:
         raise MuslinError(f"There is no pack for {platform!r}.", f"There is: {', '.join(PLATFORMS)}.")
@@ -125,6 +126,11 @@ def pack(
         )
     if found := [finding for name in _with_answers(assignment) for finding in lint.given_away(name)]:
         raise MuslinError(f"The pack would give something away: {found[0]}.", "Run: muslin lint")
+    for name in _with_answers(assignment):  # what is released says nothing but what the solution gives
+        if stale := release.out_of_step(name):
+            raise MuslinError(
+                f"{stale[0].rstrip('.')}.", f"Nothing was packed. See all with: muslin release {name} --check"
+            )
     files = _files(platform, table.name)
     if hidden is not None:
         files |= _hidden(Path(hidden), assignment)

@@ -21,9 +21,6 @@ GREEN, WRONG, TODO, ERROR = "green", "wrong", "to do", "error"
 #: What the inputs of the properties are drawn from; the grader draws once, from a seed of its own.
 SEEDS = ("check 0", "check 1", "check 2", "check 3")
 
-#: What comes when every task is green.
-NEXT = "muslin run {scene} shows what your functions do; muslin submit packs them to hand in."
-
 #: A worker is renewed after so many checks: each leaves about 4 MB of kernels behind.
 RENEWED_AFTER = 40
 
@@ -267,7 +264,7 @@ def summary(workspace: Workspace, reports: list[Report]) -> str:
     line = f"{green} of {len(reports)} tasks agree with the reference data."
     if green < len(workspace.table.tasks):
         return line
-    return f"{line} Everything is green.\nNext: {NEXT.format(scene=workspace.scene)}"
+    return f"{line} Everything is green.\nNext: {workspace.next_step()}"
 
 
 def told(workspace: Workspace, report: Report, width: int = 0, brief: bool = False) -> list[str]:

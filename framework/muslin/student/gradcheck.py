@@ -126,6 +126,23 @@ def derivatives(assignment: str) -> dict[str, Derivative]:
     return {name: derivative for name, derivative in known.items() if derivative is not None}
 
 
+def chosen(asked: list[str] | None, table: tables.Assignment) -> tuple[str, ...]:
+    """The tasks to check of those asked for, or of all.
+
+    Raises
+    ------
+    MuslinError
+        If some were asked for, and none of them is a derivative.
+    """
+    known = derivatives(table.name)
+    wanted = tables.chosen_tasks(asked, table)
+    names = tuple(name for name in wanted or table.tasks if name in known)
+    if wanted and not names:
+        there = ", ".join(known) or "none"
+        raise MuslinError(f"Nothing says of what {', '.join(wanted)} is a derivative.", f"There is: {there}.")
+    return names
+
+
 def record(assignment: str) -> dict[str, Array]:
     """The right answers that checking each derivative asks for, by key."""
     found: dict[str, Array] = {}

@@ -33,6 +33,22 @@ class Cast:
     wrong: tuple[str, ...] = ()
 
 
+def scene(workspace: Workspace, asked: str | None) -> str:
+    """The scene that was asked for, or the assignment's own.
+
+    Raises
+    ------
+    MuslinError
+        If no scene calls a function of this assignment.
+    """
+    if not workspace.scene:
+        raise MuslinError(
+            f"{workspace.table.name} has no simulation: no scene calls its functions.",
+            f"Instead: {workspace.next_step()}",
+        )
+    return asked or workspace.scene
+
+
 def shown(workspace: Workspace) -> dict[str, Any]:
     """Scene parameters that the assignment shows a student's functions with, unless they are set."""
     made = workspace.table.simulation

@@ -1,4 +1,4 @@
-"""The zip to hand in: only the task files, read back the way the grader reads it."""
+"""The zip to hand in: the task files, and what they answer; read back the way the grader reads it."""
 
 from __future__ import annotations
 
@@ -13,7 +13,8 @@ from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.reading import source
 from muslin.student.checking import Checker, Report
-from muslin.student.workspace import Workspace
+from muslin.student.workspace import Workspace, given_files
+from muslin.tasks import MANIFEST
 
 
 @dataclass(frozen=True)
@@ -55,10 +56,16 @@ def pack(workspace: Workspace, out: Path | None = None) -> Packed:
     }
     if not contents:
         raise MuslinError("There is no task file to hand in.")
+    manifest = given_files(workspace.table.name)[
+        MANIFEST
+    ]  # which assignment it is, and whose where that matters
     beside = path.with_name(path.name + ".new")
     try:
         with zipfile.ZipFile(beside, "w", zipfile.ZIP_DEFLATED) as archive:
-            for file, content in contents.items():  # no dates: the same work is the same zip
+            for file, content in {
+                **contents,
+                MANIFEST: manifest,
+            }.items():  # no dates: the same work is the same zip
                 archive.writestr(zipfile.ZipInfo(file, (2000, 1, 1, 0, 0, 0)), content)
         beside.replace(path)
     except OSError as error:

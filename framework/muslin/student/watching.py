@@ -105,6 +105,8 @@ class Watch:
             found = progress.open_task(progress.standings(self.workspace), self.current)
             self.current = found.task.name if found else None
             self._where()
+        elif word == "run" and not self.scene:
+            self.say(f"{self.workspace.table.name} has no simulation to run.")
         elif word == "run" and again:
             self._run()
         elif word == "run":
@@ -173,8 +175,8 @@ class Watch:
             self.current = first.task.name
         self.say(progress.bar(found) + note)
         if self.current is None:
-            next_ = checking.NEXT.format(scene=self.scene)
-            self.say(f"Everything is green. Next: r runs a scene with your functions, or {next_}")
+            run = "r runs a scene with your functions, or " if self.scene else ""
+            self.say(f"Everything is green. Next: {run}{self.workspace.next_step(self.scene)}")
             return
         entry = self.workspace.table.tasks[self.current]
         self.say(

@@ -21,8 +21,9 @@ from muslin.base.errors import MuslinError
 from muslin.base.version import __version__
 from muslin.reading import source, syntax
 from muslin.student import editors
-from muslin.tasks import MANIFEST, Assignment, Task, assignment, named_in
+from muslin.tasks import EXPERIMENTS, MANIFEST, Assignment, Task, assignment, named_in
 from muslin.tasks.constants import personal
+from muslin.tasks.guessing import USUAL, fitting
 
 FOLDER = ".muslin"
 HANDOUT, PAGE = "README.md", "handout.html"
@@ -47,8 +48,17 @@ class Workspace:
 
     @property
     def scene(self) -> str:
-        """The scene that is run where none is named: the one all functions are graded in."""
-        return self.table.simulation.scene if self.table.simulation is not None else "drape"
+        """The scene that is run where none is named, in which all functions are graded; empty if there is none."""
+        return self.table.simulation.scene if self.table.simulation is not None else ""
+
+    def next_step(self, scene: str = "") -> str:
+        """What comes when every task is green; `scene`: to be run in place of the usual one."""
+        hand_in = "muslin submit packs them to hand in."
+        if scene := scene or self.scene:
+            return f"muslin run {scene} shows what your functions do; {hand_in}"
+        if any((self.folder / EXPERIMENTS).glob("*.py")):
+            return f"muslin experiment shows what can be tried with your functions; {hand_in}"
+        return hand_in.replace("them", "your functions")
 
     @property
     def hidden(self) -> Path:
@@ -167,7 +177,7 @@ def find(folder: Path | None = None) -> Workspace:
         if (about := _json(place / FOLDER / "workspace.json")).get("assignment"):
             return Workspace(place, _somebodys(assignment(about["assignment"]), place), True)
         if place == start:
-            table = assignment(_named(place))
+            table = assignment(_named(place, folder is not None))
             if any((place / file).is_file() for file in table.files):
                 return Workspace(place, _somebodys(table, place), False)
     raise MuslinError(
@@ -186,8 +196,10 @@ def _somebodys(table: Assignment, folder: Path) -> Assignment:
     )
 
 
-def _named(folder: Path) -> str:
-    """Which assignment a folder answers, by its manifest; cloth if it has none.
+def _named(folder: Path, elsewhere: bool) -> str:
+    """Which assignment a folder answers: by its manifest, the workspace one is in, or its files; else the usual one.
+
+    `elsewhere`: it was named, so that what is asked of it may be asked in a workspace.
 
     Raises
     ------
@@ -197,8 +209,18 @@ def _named(folder: Path) -> str:
     try:
         text = (folder / MANIFEST).read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError):
-        return "cloth"
-    return named_in(text, paths.shown(folder)) or "cloth"
+        text = ""
+    if said := named_in(text, paths.shown(folder)):
+        return said
+    here = _around(Path.cwd()) if elsewhere else None
+    return here or fitting([path.name for path in folder.iterdir()]) or USUAL
+
+
+def _around(place: Path) -> str | None:
+    """The assignment of the workspace that a folder is in, if it is in one that there is."""
+    about = (_json(folder / FOLDER / "workspace.json") for folder in (place, *place.parents))
+    name = next(filter(None, (found.get("assignment") for found in about)), None)
+    return name if name and paths.bare(name) in paths.assignments() else None
 
 
 def given_files(name: str) -> dict[str, bytes]:
