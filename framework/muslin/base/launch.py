@@ -45,7 +45,17 @@ class Launch:
             return
         program = inside.program()
         if self._run is None or program is not self._program:
-            self.kernel(*self.arguments)  # compiles, and complains of what does not fit
-            self._program, self._run = program, inside.bound(self.kernel, self.arguments)
-        else:
-            self._run()
+            self._program, self._run = program, inside.bound_again(self.kernel, self.arguments)
+            if self._run is None:
+                self.kernel(*self.arguments)  # compiles, and complains of what does not fit
+                self._run = inside.bound(self.kernel, self.arguments)
+                return
+        self._run()
+
+
+def once(kernel: Callable[..., None], *arguments: Any) -> None:
+    """Run a kernel on arrays that it has not seen before, and will not again.
+
+    From the second time on that is a third of an ordinary call: arguments of the same kinds need no other code.
+    """
+    Launch(kernel, *arguments)()

@@ -124,6 +124,10 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
     MuslinError
         If it already runs with another number of threads, or in the parent of this forked process.
     """
+    if threads is None and _started.get("process") == os.getpid() and inside.has("the running program"):
+        program = inside.program()
+        if program is not None and program is _started["program"]:
+            return engine.load()
     ti, title = engine.load(), engine.chosen().title
     with _lock:
         program = inside.program() if inside.has("the running program") else _started.get("program")

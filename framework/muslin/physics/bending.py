@@ -10,12 +10,14 @@ hinge's |e| theta is alpha + Re(Z exp(-2 i phi)), with alpha and Z found here.
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass
 
 import numpy as np
 
+from muslin.base import runtime
 from muslin.base.errors import MuslinError, choices
-from muslin.physics.hinge_weights import cross, dot, weights
+from muslin.physics.hinge_weights import cross, dot, launched, weights
 
 #: What a sheet may do against being bent: nothing; the model of Bergou et al. 2006; that of Grinspun et al. 2003.
 MODELS = ("off", "quadratic", "shells")
@@ -33,8 +35,8 @@ class Hinges:
         Of the edges [m].
     area : (h,)
         Of both triangles [m^2].
-    angle : (h,)
-        Between the two normals, as `elements.bending_kernels.angle` has it.
+    sine, cosine : (h,)
+        Of the angle between the two normals, as `elements.bending_kernels.angle` has it.
     cotangents : (h, 4)
         What the corners' positions count in |e| (m_0 + m_1), m being the unit vectors across the edge into each
         triangle: zero for a flat sheet, 2 |e| sin(theta/2) long for a bent one.
@@ -45,7 +47,8 @@ class Hinges:
     cells: np.ndarray
     length: np.ndarray
     area: np.ndarray
-    angle: np.ndarray
+    sine: np.ndarray
+    cosine: np.ndarray
     cotangents: np.ndarray
     weight: np.ndarray
 
@@ -55,14 +58,30 @@ class Hinges:
 
         With `quick` their weights fit as well, and are found in a fifth of the time (see `hinge_weights.quickly`).
         """
-        cells, x = inner_edges(triangles), np.ascontiguousarray(X.T)
-        length, area, angle, cotangents, alpha, real, imag = _geometry(x, cells)
-        weight = weights(x, triangles, cells, area, alpha, real, imag, quick)
-        return cls(cells, length, area, angle, cotangents, weight)
+        from muslin.physics.elements.layout import grouped
+
+        X = np.ascontiguousarray(X, dtype=np.float64)
+        around = grouped(np.ravel(triangles), len(X))
+        cells = inner_edges(triangles, around)
+        length, area, sine, cosine, cotangents, alpha, real, imag = _geometry(X, cells)
+        weight = weights(X, triangles, around, cells, area, alpha, real, imag, quick)
+        return cls(cells, length, area, sine, cosine, cotangents, weight)
+
+    @functools.cached_property
+    def angle(self) -> np.ndarray:
+        """Between the two normals, (h,)."""
+        return np.arctan2(self.sine, self.cosine)
 
 
-def _geometry(x: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Length, area, angle and cotangents of hinges on vertices (3, n), and alpha, Z.real and Z.imag."""
+def _geometry(X: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Length, area, sine and cosine, cotangents of hinges on vertices (n, 3), and alpha, Z.real and Z.imag."""
+    if runtime.plain():
+        h = len(cells)
+        length, area, sine, cosine, alpha, real, imag = np.empty((7, h))
+        cotangents = np.empty((h, 4))
+        launched("geometry", X, cells, length, area, sine, cosine, cotangents, alpha, real, imag)
+        return length, area, sine, cosine, cotangents, alpha, real, imag
+    x = np.ascontiguousarray(X.T)
     x0, x1, x2, x3 = (x[:, corner] for corner in cells.T)
     along = x1 - x0
     length = np.sqrt(dot(along, along))
@@ -71,7 +90,7 @@ def _geometry(x: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, ...]:
     n0, n1 = cross(t, to0), cross(to1, t)
     a0, a1, h0, h1 = dot(to0, t), dot(to1, t), np.sqrt(dot(n0, n0)), np.sqrt(dot(n1, n1))
     n0, n1 = n0 / h0, n1 / h1
-    angle = np.arctan2(dot(cross(n0, n1), t), dot(n0, n1))
+    sine, cosine = dot(cross(n0, n1), t), dot(n0, n1)
     cotangents = np.stack(
         [(length - a0) / h0 + (length - a1) / h1, a0 / h0 + a1 / h1, -length / h0, -length / h1], axis=1
     )
@@ -79,19 +98,28 @@ def _geometry(x: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, ...]:
     _, c1, c2, c3 = cotangents.T
     xx, yy = (c1 * length**2 + c2 * a0**2 + c3 * a1**2) / 2, (c2 * h0**2 + c3 * h1**2) / 2
     xy = c2 * a0 * h0 - c3 * a1 * h1
-    return length, length * (h0 + h1) / 2, angle, cotangents, (xx + yy) / 2, (xx - yy) / 2, xy / 2
+    area = length * (h0 + h1) / 2
+    return length, area, sine, cosine, cotangents, (xx + yy) / 2, (xx - yy) / 2, xy / 2
 
 
-def inner_edges(triangles: np.ndarray) -> np.ndarray:
+def inner_edges(triangles: np.ndarray, around: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:
     """Edges of two triangles, (h, 4) int32: its two ends, and the vertices across it in its first and second triangle.
 
-    The first triangle has the edge's direction. Edges of one triangle, or of more than two, are no hinges.
+    The first triangle has the edge's direction. Edges of one triangle, or of more than two, are no hinges. `around`:
+    the triangles' corners, `grouped` by vertices.
     """
-    from muslin.physics.elements.layout import grouped
+    from muslin.physics.elements.layout import grouped, whole
 
+    n = int(triangles.max(initial=-1)) + 1 if around is None else len(around[1]) - 1
+    if runtime.on_cpu():
+        flat = whole(triangles).ravel()
+        corners, ptr = around or grouped(flat, n)
+        end, high, number = np.empty(n, np.int32), *np.empty((2, 2 * len(flat)), np.int32)
+        cells, count = np.empty((len(flat) // 2, 4), np.int32), np.zeros(1, np.int32)
+        launched("inner_edges", flat, ptr, corners, end, high, number, cells, count)
+        return cells[: count[0]].copy()
     start, end, across = (np.roll(triangles, -k, axis=1).T.ravel() for k in range(3))
     low, high = np.minimum(start, end), np.maximum(start, end)
-    n = int(triangles.max(initial=-1)) + 1
     order, _ = grouped(high, n)
     order = order[grouped(low[order], n)[0]]
     low, high = low[order], high[order]

@@ -109,8 +109,8 @@ class Body:
         """The same, of one coordinate: (n, n) [kg]."""
         import scipy.sparse as sp
 
-        layout, n = self.pattern.layout, len(self.X)
-        return sp.csr_matrix((self.mass_factor, (layout.row, layout.col)), shape=(n, n))
+        n = len(self.X)
+        return sp.csr_matrix((self.mass_factor, self.pattern.layout.col, self.pattern.ptr), shape=(n, n))
 
     @property
     def undeformed(self) -> Mesh | TetMesh:

@@ -170,13 +170,13 @@ class Cloth(Body):
     def _masses(self) -> np.ndarray:
         """Factor of the identity for each pair of corners of each triangle, (9 m,) [kg]."""
         m = len(self.triangles)
-        i, j = np.divmod(np.tile(np.arange(9), m), 3)
-        area = np.repeat(self.area, 9)
         if functions := self.by_student("mass"):
             from muslin.tasks.batch import evaluate
 
+            i, j = np.divmod(np.tile(np.arange(9), m), 3)
+            area = np.repeat(self.area, 9)
             return evaluate(functions.mass_block, i=i, j=j, area=area, rho=self.rho, h=self.h)
-        return self.rho * self.h * area * np.where(i == j, 2.0, 1.0) / 12
+        return ((self.rho * self.h * self.area)[:, None] * (1.0 + np.eye(3).ravel()) / 12).ravel()
 
     def _moving_energies(self) -> Callable[[np.ndarray], np.ndarray]:
         """What splits the kinetic energy: by the student's function among triangles, else among vertices."""

@@ -9,9 +9,12 @@ it best: least squares over the whole sheet.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
+
+from muslin.base import runtime
+from muslin.base.launch import once
 
 if TYPE_CHECKING:
     import scipy.sparse as sp
@@ -25,8 +28,9 @@ QUICK_STEPS, QUICK_LEAST = 8, 0.3
 
 
 def weights(
-    x: np.ndarray,
+    X: np.ndarray,
     triangles: np.ndarray,
+    around: tuple[np.ndarray, np.ndarray],
     cells: np.ndarray,
     area: np.ndarray,
     alpha: np.ndarray,
@@ -38,9 +42,11 @@ def weights(
 
     Parameters
     ----------
-    x : (3, n)
+    X : (n, 3)
         Undeformed vertices [m].
     triangles, cells : (m, 3), (h, 4)
+    around
+        The triangles' corners, `grouped` by vertices.
     area : (h,)
         Of both triangles [m^2].
     alpha, real, imag : (h,)
@@ -55,10 +61,54 @@ def weights(
         return np.zeros(0)
     mean = alpha**2 + (real**2 + imag**2) / 2
     weight = (area / 3).sum() / (mean / area).sum() / area
-    n, h = x.shape[1], len(cells)
+    n, h = len(X), len(cells)
+    entries, inner = _equations(X, triangles, around, cells, weight, mean, alpha, real, imag)
+    if quick and runtime.plain():
+        change, (left, along) = np.empty(h), np.empty((2, n, 5))
+        room = left, along, *np.empty((3, h)), change
+        launched(
+            "fit", QUICK_STEPS, AVERAGE, NEARNESS**2, QUICK_LEAST, cells, entries.reshape(-1, 5), inner, *room
+        )
+    else:
+        rows = (5 * cells[:, :2])[:, :, None] + np.arange(5, dtype=np.int32)
+        wanted = np.zeros(5 * n)
+        wanted[::5] = AVERAGE * inner
+        system = sp.csc_matrix((entries.ravel(), rows.ravel(), 10 * np.arange(h + 1)), shape=(5 * n, h))
+        off = wanted - system @ np.ones(h)
+        change = (
+            quickly(system, off)
+            if quick
+            else sla.lsmr(system.tocsr(), off, damp=NEARNESS, atol=1e-6, btol=1e-6, maxiter=120)[0]
+        )
+    fitted, kept = weight * (1 + change), weight * np.maximum(1 + change, LEAST)
+    return np.asarray(kept * (fitted @ mean) / (kept @ mean))
+
+
+def _equations(
+    X: np.ndarray,
+    triangles: np.ndarray,
+    around: tuple[np.ndarray, np.ndarray],
+    cells: np.ndarray,
+    weight: np.ndarray,
+    mean: np.ndarray,
+    alpha: np.ndarray,
+    real: np.ndarray,
+    imag: np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """What each hinge adds to the five equations of its two ends, (h, 10), and which vertices have them, (n,)."""
+    n, h = len(X), len(cells)
+    if runtime.plain():
+        flat, (corners, ptr) = np.ravel(triangles), around
+        share, edges, inner = np.empty(n), *np.zeros((2, n), dtype=np.int32)
+        east, north, entries = np.empty((n, 3)), np.empty((n, 3)), np.empty((h, 10))
+        launched("around", X, flat, ptr, corners, cells, edges, share, inner, east, north)
+        parts = (weight, mean, alpha, real, imag)
+        launched("equations", AVERAGE, X, cells, share, inner, east, north, *parts, entries)
+        return entries, inner
+    x = np.ascontiguousarray(X.T)
     share, inner, east, north = _around(x, triangles, cells)
     edge = x[:, cells[:, 1]] - x[:, cells[:, 0]]
-    entries = np.empty((h, 2, 5))
+    found = np.empty((h, 2, 5))
     for end in (0, 1):
         v = cells[:, end]
         right, up = (
@@ -71,19 +121,8 @@ def weights(
         counts = weight * np.where(inner[v], 0.5 / share[v], 0.0)
         parts = AVERAGE * mean, 2 * alpha * a, 2 * alpha * b, (a**2 - b**2) / 2, a * b
         for number, part in enumerate(parts):
-            entries[:, end, number] = counts * part
-    rows = (5 * cells[:, :2])[:, :, None] + np.arange(5, dtype=np.int32)
-    wanted = np.zeros(5 * n)
-    wanted[::5] = AVERAGE * inner
-    system = sp.csc_matrix((entries.ravel(), rows.ravel(), 10 * np.arange(h + 1)), shape=(5 * n, h))
-    off = wanted - system @ np.ones(h)
-    change = (
-        quickly(system, off)
-        if quick
-        else sla.lsmr(system.tocsr(), off, damp=NEARNESS, atol=1e-6, btol=1e-6, maxiter=120)[0]
-    )
-    fitted, kept = weight * (1 + change), weight * np.maximum(1 + change, LEAST)
-    return np.asarray(kept * (fitted @ mean) / (kept @ mean))
+            found[:, end, number] = counts * part
+    return found.reshape(h, 10), inner
 
 
 def _around(x: np.ndarray, triangles: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, ...]:
@@ -146,3 +185,11 @@ def dot(a: np.ndarray, b: np.ndarray) -> np.ndarray:
 def cross(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     """Cross products of columns, (3, k) both."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def launched(kernel: str, *arguments: Any) -> None:
+    """Run one of the kernels that do in one pass what columns do in many, where kernels compute in doubles."""
+    runtime.start()
+    from muslin.physics import hinges_kernels
+
+    once(getattr(hinges_kernels, kernel), *arguments)

@@ -140,7 +140,6 @@ class Model:
         self.system = make(varying=self.barrier is not None)
         self._make = make
         self._assemble = body.assembly(self.system.layout, self.system.data)
-        self._couple = body.assembly(self.system.coupling)
         self._impulse = body.impulse(self.damping)
         self._diagonal: Assembly | None = None
         touchable = np.zeros(n, dtype=bool)
@@ -153,9 +152,9 @@ class Model:
             self._detect = Detection(functions.sphere_contact, n)
         if functions := body.roles.calling(NEEDS["response"]):
             self.filter = Response(functions.filter_velocity, n)
-        x = np.ascontiguousarray(body.X.T)[:, body.surface.T]
-        squares = ((x - x[:, [2, 0, 1]]) ** 2).sum(axis=0)
-        self._longest = np.sqrt(squares.max(axis=0))
+        a, b, c = (np.ascontiguousarray(body.X.T)[:, corner] for corner in body.surface.T)
+        squares = [((x - y) ** 2).sum(axis=0) for x, y in ((a, c), (b, a), (c, b))]
+        self._longest = np.sqrt(np.maximum.reduce(squares))
         #: of each vertex [kg]
         self.lumped = np.bincount(body.pattern.layout.row, body.mass_factor, n)
         #: the state that the body has been updated to, and all prepared for
@@ -231,6 +230,10 @@ class Model:
             self.add_to_diagonal(
                 np.array([self.spring.vertex]), dt**2 * self.spring.stiffness * np.eye(3)[None]
             )
+
+    @functools.cached_property
+    def _couple(self) -> Assembly:
+        return self.body.assembly(self.system.coupling)
 
     @functools.cached_property
     def varying(self) -> System:

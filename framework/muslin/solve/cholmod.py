@@ -21,6 +21,7 @@ import importlib.util
 import os
 import weakref
 from collections.abc import Callable
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -100,6 +101,9 @@ def _library() -> Any:
     if list(version)[:2] != [3, 0] or not known:
         return None
     library.cholmod_analyze_p.restype = ctypes.POINTER(_Factor)
+    library.cholmod_malloc.restype = ctypes.c_void_p
+    library.cholmod_malloc.argtypes = ctypes.c_size_t, ctypes.c_size_t, ctypes.c_void_p
+    library.cholmod_free.argtypes = ctypes.c_size_t, ctypes.c_size_t, ctypes.c_void_p, ctypes.c_void_p
     return library
 
 
@@ -154,9 +158,21 @@ class Domain:
         Lower triangle by columns (more above the diagonal is ignored), already in the order of elimination.
     data : float64 array
         Its numbers, read again in every factorisation.
+    postorder : bool
+        Whether to look for a postorder.
+    blocks : (indptr, indices), optional
+        The same, of 3x3 blocks. With it they are analysed, and what is found is written out for their entries, in a
+        third of the time. Supernodes may be others, and so the last bits.
     """
 
-    def __init__(self, indptr: np.ndarray, indices: np.ndarray, data: np.ndarray, postorder: bool = False):
+    def __init__(
+        self,
+        indptr: np.ndarray,
+        indices: np.ndarray,
+        data: np.ndarray,
+        postorder: bool = False,
+        blocks: tuple[np.ndarray, np.ndarray] | None = None,
+    ):
         self._library, self.n = _library(), len(indptr) - 1
         self._common = _common(self._library)
         self._kept = indptr, indices, data
@@ -164,13 +180,19 @@ class Domain:
         words[_SUPERNODAL], words[_NMETHODS], words[_PRINT], words[_QUICK_RETURN] = 2, 1, 0, 1
         words[_ORDERING], words[_POSTORDER] = 0, int(postorder)  # natural
         for place, columns in _MERGED.items():
-            words[place] = columns
+            words[place] = columns if blocks is None else columns // 3
         n, nnz = self.n, len(indices)
         address = [array.ctypes.data for array in (indptr, indices)]
         self._A = _Sparse(n, n, nnz, *address, None, data.ctypes.data, None, -1, 0, 1, 0, 1, 1)
-        self._L = self._library.cholmod_analyze_p(ctypes.byref(self._A), None, None, 0, self._common)
+        analysed = self._A
+        if blocks is not None:
+            address = [array.ctypes.data for array in blocks]
+            analysed = _Sparse(n // 3, n // 3, len(blocks[1]), *address, None, None, None, -1, 0, 0, 0, 1, 1)
+        self._L = self._library.cholmod_analyze_p(ctypes.byref(analysed), None, None, 0, self._common)
         if not self._L:
             raise MemoryError("CHOLMOD cannot analyse the matrix")
+        if blocks is not None:
+            _write_out(self._library, self._common, self._L.contents)
         L = self._L.contents
         self.order = np.ctypeslib.as_array((ctypes.c_int32 * n).from_address(L.Perm)).copy()
         self.flops = float(np.frombuffer(self._common, dtype=np.float64)[_METHOD_FLOPS])
@@ -204,11 +226,8 @@ class Domain:
             self._x = np.ctypeslib.as_array((ctypes.c_double * self.n).from_address(x))
         return self._x
 
-    def corner(self, size: int) -> tuple[np.ndarray, np.ndarray]:
-        """Where the last `size` columns of L are: (positions in the numbers of L, positions in a dense U).
-
-        U (size, size), Fortran order, is the mirror image of that lower triangle in both directions: upper.
-        """
+    def corner(self, size: int) -> list[_Panel]:
+        """Where the last `size` columns of L are, supernode by supernode."""
         L = self._L.contents
 
         def read(address: int, count: int) -> np.ndarray:
@@ -216,15 +235,17 @@ class Domain:
 
         first, rows_at, x_at = (read(getattr(L, name), L.nsuper + 1) for name in ("super", "pi", "px"))
         rows = read(L.s, L.ssize)
-        begin, source, target = self.n - size, [], []
+        begin, found = self.n - size, []
         for k in range(int(np.searchsorted(first, begin, side="right")) - 1, L.nsuper):
-            here = rows[rows_at[k] : rows_at[k + 1]].astype(np.int64)
-            columns = np.arange(max(first[k], begin), first[k + 1])
-            which, j = np.nonzero(here >= columns[:, None])
-            c = columns[which]
-            source.append(x_at[k] + (c - first[k]) * len(here) + j)
-            target.append((self.n - 1 - here[j]) + size * (self.n - 1 - c))
-        return np.concatenate(source), np.concatenate(target)
+            here = rows[rows_at[k] : rows_at[k + 1]]
+            column, at = max(int(first[k]), begin), int(x_at[k])
+            source = slice(
+                at + (column - int(first[k])) * len(here), at + int(first[k + 1] - first[k]) * len(here)
+            )
+            below = int(np.searchsorted(here, begin))
+            to = slice(self.n - int(first[k + 1]), self.n - column)
+            found.append(_Panel(source, len(here), below, to, self.n - 1 - here[below:]))
+        return found
 
     @property
     def numbers(self) -> np.ndarray:
@@ -233,8 +254,54 @@ class Domain:
         return np.ctypeslib.as_array((ctypes.c_double * L.xsize).from_address(L.x))
 
 
+@dataclass
+class _Panel:
+    """Columns of one supernode: numbers of L, `height` of them each; from `below` on they are in the corner.
+
+    In a dense U, Fortran order, the mirror image of the corner in both directions, they are in `columns`, and `rows`.
+    What is below U's diagonal means nothing.
+    """
+
+    source: slice
+    height: int
+    below: int
+    columns: slice
+    rows: np.ndarray
+
+    def copy(self, numbers: np.ndarray, dense: np.ndarray) -> None:
+        """From the numbers of L into U^T (C order)."""
+        panel = numbers[self.source].reshape(-1, self.height)[::-1, self.below :]
+        dense[self.columns, self.rows] = panel
+
+
 #: `cholmod_common` counts the flops of the chosen order in its first method.
 _METHOD_FLOPS = 24
+
+
+def _write_out(library: Any, common: Any, L: _Factor) -> None:
+    """Make of what was found of a matrix of 3x3 blocks what would be found of its entries."""
+
+    def exchange(name: str, count: int, change: Callable[[np.ndarray], np.ndarray]) -> None:
+        before = getattr(L, name)
+        after = change(np.ctypeslib.as_array((ctypes.c_int32 * count).from_address(before)))
+        address = library.cholmod_malloc(len(after), 4, common)
+        if not address:
+            raise MemoryError("CHOLMOD cannot analyse the matrix")
+        ctypes.memmove(address, np.ascontiguousarray(after, dtype=np.int32).ctypes.data, 4 * len(after))
+        library.cholmod_free(count, 4, before, common)
+        setattr(L, name, address)
+
+    def threefold(numbers: np.ndarray) -> np.ndarray:
+        return (3 * numbers[:, None] + np.arange(3, dtype=np.int32)).ravel()
+
+    exchange("Perm", L.n, threefold)
+    exchange("ColCount", L.n, lambda counts: (3 * counts[:, None] - np.arange(3, dtype=np.int32)).ravel())
+    exchange("s", L.ssize, threefold)
+    exchange("super", L.nsuper + 1, lambda first: 3 * first)
+    exchange("pi", L.nsuper + 1, lambda first: 3 * first)
+    exchange("px", L.nsuper + 1, lambda first: 9 * first)
+    L.n, L.minor, L.ssize, L.maxesize = 3 * L.n, 3 * L.minor, 3 * L.ssize, 3 * L.maxesize
+    L.xsize, L.maxcsize = 9 * L.xsize, 9 * L.maxcsize
 
 
 def _free(library: Any, common: Any, factor: Any, dense: tuple[ctypes.c_void_p, ...]) -> None:
@@ -262,7 +329,7 @@ class Halves:
         self.domains, self.size = domains, size
         self._at, self._row, self._col = corner
         self._corners = [domain.corner(size) for domain in domains]
-        self._dense = [np.zeros(size * size) for _ in domains]
+        self._dense = [np.zeros((size, size)) for _ in domains]
         self._factors: tuple[list[Any], np.ndarray] = ([], np.zeros(0))
         self.parallel = parallel
 
@@ -276,10 +343,10 @@ class Halves:
             domain = self.domains[i]
             domain.factorise()
             y[i] = domain.solve(np.concatenate([b[i], np.zeros(k)]), _SYSTEM_L)
-            source, target = self._corners[i]
-            dense = self._dense[i]
-            dense[target] = domain.numbers[source]
-            U[i] = dense.reshape((k, k), order="F")
+            numbers = domain.numbers
+            for panel in self._corners[i]:
+                panel.copy(numbers, self._dense[i])
+            U[i] = self._dense[i].T
             complement[i] = U[i].copy(order="F")
             _blas("dlauum", b"U", k, complement[i], k, ctypes.c_int(0))
 

@@ -12,23 +12,28 @@ import numpy as np
 import scipy.sparse as sp
 
 from muslin.base import runtime
-from muslin.physics.elements.layout import Layout
+from muslin.physics.elements.layout import Layout, permuted
 from muslin.solve import cholmod, ordering
 from muslin.solve.superlu import Indefinite, pivoted
 
 
 class _Triangle:
-    """The blocks of a symmetric matrix on and below the diagonal, in an order of elimination."""
+    """The blocks of a symmetric matrix on and below the diagonal, in an order of elimination.
 
-    def __init__(self, graph: sp.csr_matrix, order: np.ndarray):
-        permuted = graph[order][:, order].tocsr()
-        permuted.sort_indices()
-        row = np.repeat(np.arange(len(order)), np.diff(permuted.indptr))
-        kept = permuted.indices >= row  # row by row above the diagonal is column by column below it
-        inner = Layout.csr(row[kept], permuted.indices[kept], len(order))
+    `by_blocks`: whether to analyse them instead of their entries (see `cholmod.Domain`).
+    """
+
+    def __init__(self, graph: sp.csr_matrix, order: np.ndarray, by_blocks: bool = False):
+        row, col, ptr = permuted(graph, order, upper=True)  # row by row above it is column by column below it
+        inner = Layout.csr(row, col, len(order))
         self.order = order
+        self.blocks = (ptr, col) if by_blocks else None
         self.indptr, self.indices = inner.scalar(len(order))
         self.layout = Layout(order[inner.row], order[inner.col], inner.start, inner.stride, inner.size)
+
+    def domain(self, data: np.ndarray) -> cholmod.Domain:
+        """What factorises it."""
+        return cholmod.Domain(self.indptr, self.indices, data, blocks=self.blocks)
 
     def full(self, data: np.ndarray) -> sp.csc_matrix:
         """The whole matrix, in the order of elimination."""
@@ -149,20 +154,20 @@ def _triangle(graph: sp.csr_matrix, points: np.ndarray, part: np.ndarray, separa
     """Some vertices in an order of minimum degree, and then a separator."""
     if not cholmod.available():
         return _Triangle(graph, part)
-    return _Triangle(graph, np.concatenate([_minimum_degree(graph, part), separator]))
+    return _Triangle(graph, np.concatenate([_minimum_degree(graph, part), separator]), by_blocks=True)
 
 
 def _minimum_degree(graph: sp.csr_matrix, part: np.ndarray) -> np.ndarray:
     """Some vertices in an order of minimum degree."""
-    inner = graph[part][:, part]
-    return np.asarray(part[cholmod.minimum_degree(inner.indptr, inner.indices)])
+    _, col, ptr = permuted(graph, part, upper=False)
+    return np.asarray(part[cholmod.minimum_degree(ptr, col)])
 
 
 class _Direct:
     """One domain."""
 
     def __init__(self, triangle: _Triangle, data: np.ndarray):
-        self._domain = cholmod.Domain(triangle.indptr, triangle.indices, data)
+        self._domain = triangle.domain(data)
         self._order, self._place = triangle.order, np.argsort(triangle.order)
 
     def __call__(self, b: np.ndarray) -> np.ndarray:
@@ -178,9 +183,7 @@ class _InHalves:
     """Two domains and the separator that both end with."""
 
     def __init__(self, triangles: list[_Triangle], pieces: list[np.ndarray], size: int):
-        domains = [
-            cholmod.Domain(t.indptr, t.indices, piece) for t, piece in zip(triangles, pieces, strict=True)
-        ]
+        domains = [triangle.domain(piece) for triangle, piece in zip(triangles, pieces, strict=True)]
         self._orders = [triangle.order[:-size] for triangle in triangles]
         self._separator = triangles[0].order[-size:]
         self._place = np.argsort(np.concatenate([*self._orders, self._separator]))

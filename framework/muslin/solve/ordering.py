@@ -32,14 +32,14 @@ def cut(graph: sp.csr_matrix, points: np.ndarray, vertices: np.ndarray) -> tuple
     """Cut a set of vertices in two across its longest extent: (one side, other side, separator)."""
     at = points[vertices]
     along = at[:, np.argmax(np.ptp(at, axis=0))]
-    order = np.argsort(along, kind="stable")
+    half = len(along) // 2
     side = np.zeros(graph.shape[0], dtype=np.int8)
-    middle = along[order[len(order) // 2]]
-    low = along < middle - 1e-9 * (along[order[-1]] - along[order[0]])
+    middle = np.partition(along, half)[half]
+    low = along < middle - 1e-9 * (along.max() - along.min())
     if not low.any():  # many vertices at the same place
-        low[order[: len(order) // 2]] = True
+        low[np.argsort(along, kind="stable")[:half]] = True
     side[vertices], side[vertices[low]] = 1, 2
-    touched = graph[vertices[low]].indices
+    touched = graph.indices[np.repeat(side == 2, np.diff(graph.indptr))]
     side[touched[side[touched] == 1]] = 3
     return vertices[low], vertices[side[vertices] == 1], vertices[side[vertices] == 3]
 

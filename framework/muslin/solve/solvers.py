@@ -11,6 +11,7 @@ vertices on, where factors of a sheet no longer fit into a few gigabytes.
 from __future__ import annotations
 
 import contextlib
+import functools
 import importlib.util
 from collections.abc import Callable, Mapping
 from typing import Protocol
@@ -138,12 +139,14 @@ class System:
         self._kernels = cholmod.fast if solid else contextlib.nullcontext
         self.pinned, self.free = pinned, np.flatnonzero(~pinned)
         self._any_pinned = len(self.free) < n
-        self._unknowns = (3 * self.free[:, None] + np.arange(3)).ravel()
-        number = np.cumsum(~pinned) - 1
-        kept = ~pinned[row] & ~pinned[col]
         k = len(self.free)
-        indptr = pointers(number[row[kept]], k) if k else np.zeros(1, np.int32)
-        graph = sp.csr_matrix((np.ones(int(kept.sum()), np.int8), number[col[kept]], indptr), shape=(k, k))
+        inner, outer = (row, col), (row[:0], col[:0])  # between free vertices; of a free one and a pinned one
+        if self._any_pinned:
+            number = np.cumsum(~pinned) - 1
+            kept, outside = ~pinned[row] & ~pinned[col], ~pinned[row] & pinned[col]
+            inner, outer = (number[row[kept]], number[col[kept]]), (row[outside], col[outside])
+        indptr = pointers(inner[0], k) if k else np.zeros(1, np.int32)
+        graph = sp.csr_matrix((np.ones(len(inner[1]), np.int8), inner[1], indptr), shape=(k, k))
         self.name = choose(solver, k)
         self.solver: Solver | None = None
         self._varying: Varying | None = None
@@ -158,12 +161,17 @@ class System:
                 kind = SOLVERS[self.name]
                 kind = kind if lasting else getattr(kind, "passing", kind)
                 self.solver = kind(graph, where, definite, tolerance)
-            inner, self.data = self.solver.layout, self.solver.data
-            self.layout = Layout(
-                self.free[inner.row], self.free[inner.col], inner.start, inner.stride, inner.size
-            )
-        outside = ~pinned[row] & pinned[col]
-        self.coupling = Layout.csr(row[outside], col[outside], n)
+            self.layout, self.data = self.solver.layout, self.solver.data
+            if self._any_pinned:
+                there = self.layout
+                ends = self.free[there.row], self.free[there.col]
+                self.layout = Layout(*ends, there.start, there.stride, there.size)
+        self.coupling = Layout.csr(*outer, n)
+
+    @functools.cached_property
+    def _unknowns(self) -> np.ndarray:
+        """Numbers of the free vertices' coordinates."""
+        return (3 * self.free[:, None] + np.arange(3)).ravel()
 
     def require_definite(self, required: bool) -> None:
         """From now on raise `Indefinite` for matrices that are not positive definite, where that is noticed, or not."""

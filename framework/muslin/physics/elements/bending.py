@@ -14,20 +14,25 @@ from collections.abc import Mapping
 import numpy as np
 import scipy.sparse as sp
 
-from muslin.base.launch import Launch, is_small
+from muslin.base import runtime
+from muslin.base.launch import Launch, is_small, once
 from muslin.physics.bending import Hinges
-from muslin.physics.elements.bending_kernels import quadratic, shells
+from muslin.physics.elements.bending_kernels import constant, quadratic, shells
 from muslin.physics.elements.element import Element
 from muslin.physics.elements.pattern import Gather, Pattern
 
 
 class QuadraticHinges(Element):
-    """The quadratic model.  `factors` (16 h,) are its Hessian: of the identity, for each pair of a hinge's corners."""
+    """The quadratic model.
+
+    Its Hessian is constant: `factors` c (h, 4) and k w (h,) say that of the identity there is k w c_i c_j for each pair
+    of a hinge's corners.
+    """
 
     def __init__(self, X: np.ndarray, hinges: Hinges, stiffness: float):
         super().__init__(X, hinges.cells, (0, 3, 3))
         c, weight = np.ascontiguousarray(hinges.cotangents), stiffness * hinges.weight
-        self.factors: np.ndarray | None = (weight[:, None, None] * c[:, :, None] * c[:, None, :]).ravel()
+        self.factors: tuple[np.ndarray, np.ndarray] | None = c, weight
         out = (self.energies, self.gradients)
         self._launch = Launch(quadratic(is_small(len(c), 40)), *self.at, c, weight, *out)
 
@@ -40,7 +45,7 @@ class QuadraticHinges(Element):
 class ShellHinges(Element):
     """Discrete shells, with rest angles."""
 
-    factors: np.ndarray | None = None
+    factors: tuple[np.ndarray, np.ndarray] | None = None
 
     def __init__(self, X: np.ndarray, hinges: Hinges, stiffness: float):
         h = len(hinges.cells)
@@ -95,7 +100,8 @@ class Bending:
         if self.widened is None:
             assert self.element.factors is not None
             n, (two, three) = len(X), hinges.cells[:, 2:].T
-            pull = self.element.factors.reshape(-1, 4, 4)[:, 2, 3]
+            c, weight = self.element.factors
+            pull = weight * c[:, 2] * c[:, 3]
             rows, columns = np.concatenate([two, three, two, three]), np.concatenate([two, three, three, two])
             entries = np.concatenate([pull, pull, -pull, -pull])
             self._outside = sp.csr_matrix((entries, (rows, columns)), shape=(n, n))
@@ -114,18 +120,23 @@ class Bending:
         """Factor of the identity in each block of a pattern [N/m], where the Hessian is constant; else None."""
         if self.element.factors is None:
             return None
-        cells, entries = self.element.cells, self.element.factors.reshape(-1, 4, 4)
-        own = entries[:, range(4), range(4)]
-        one, two = np.triu_indices(4, 1)
-        if self._outside is not None:
-            own[:, 2:] += entries[:, 2, 3, None]
-            one, two = one[:-1], two[:-1]  # 2 and 3 are no neighbours
-        count = len(pattern.layout.row)
-        where = pattern.find(cells[:, one].ravel(), cells[:, two].ravel())
-        found = np.bincount(where, entries[:, one, two].ravel(), count)
+        cells, (c, weight) = self.element.cells, self.element.factors
+        layout, narrow = pattern.layout, self._outside is not None  # 2 and 3 are no neighbours
+        own, found = np.zeros(pattern.n), np.zeros(len(layout.row))
+        if runtime.plain():
+            once(constant, int(narrow), cells, c, weight, pattern.ptr, layout.col, own, found)
+        else:
+            between = weight[:, None, None] * c[:, :, None] * c[:, None, :]
+            corners = between[:, range(4), range(4)]
+            one, two = np.triu_indices(4, 1)
+            if narrow:
+                corners[:, 2:] += between[:, 2, 3, None]
+                one, two = one[:-1], two[:-1]
+            where = pattern.find(cells[:, one].ravel(), cells[:, two].ravel())
+            found += np.bincount(where, between[:, one, two].ravel(), len(found))
+            own += np.bincount(cells.ravel(), corners.ravel(), len(own))
         found += found[pattern.mirrored]
-        at = np.flatnonzero(pattern.layout.row == pattern.layout.col)
-        found[at] = np.bincount(cells.ravel(), own.ravel(), len(at))
+        found[layout.row == layout.col] = own
         return found
 
     def beyond(self, v: np.ndarray) -> np.ndarray | None:

@@ -41,6 +41,36 @@ def quadratic(serial: bool):
     return kernel
 
 
+@ti.kernel
+def constant(
+    narrow: int, cells: index4, c: vec4s, weight: scalars, ptr: integers, col: integers, own: scalars, between: scalars,
+):  # fmt: skip
+    """Sum the quadratic model's Hessian: into vertices, and of each two corners i < j of a hinge into the block (i, j).
+
+    `narrow`: what is between corners 2 and 3 goes to these themselves.
+    """
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        e = 0
+        while e < cells.shape[0]:
+            v, w, b = cells[e], weight[e], c[e]
+            outside = 0.0
+            if narrow:
+                outside = w * b[2] * b[3]
+            for i in ti.static(range(4)):
+                mine = w * b[i] * b[i]
+                if ti.static(i > 1):
+                    mine += outside
+                own[v[i]] = own[v[i]] + mine
+                for j in ti.static(range(i + 1, 4)):
+                    if ti.static(i < 2) or not narrow:
+                        at = ptr[v[i]]
+                        while col[at] != v[j]:
+                            at += 1
+                        between[at] = between[at] + w * b[i] * b[j]
+            e += 1
+
+
 @ti.func
 def angle(n0, n1, t):
     """Angle between the triangles' unit normals, positive about the edge's direction t."""

@@ -7,9 +7,8 @@ the other. It is the fast road, and stands in for functions that are not written
 
 import numpy as np
 
-from muslin.base import runtime
 from muslin.base.errors import MuslinError
-from muslin.base.launch import Launch, is_small
+from muslin.base.launch import Launch, is_small, once
 from muslin.physics.elements import modes
 from muslin.physics.elements.element import Element, Membrane, Rest, apart
 from muslin.physics.elements.native_kernels import element, gradients_at_rest, of_invariants
@@ -61,5 +60,5 @@ class NativeElement(Element):
 def rest_gradients(X: np.ndarray, triangles: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Gradient of each corner's shape function in its triangle's plane, (3 m, 3); the third entries are zero."""
     g0 = np.empty((3 * len(triangles), 3))
-    runtime.call(gradients_at_rest, X, triangles, normal, g0)
+    once(gradients_at_rest, X, triangles, normal, g0)
     return g0

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from muslin.base.launch import Launch, is_small
-from muslin.physics.elements.layout import Layout, grouped, pointers
+from muslin.physics.elements.layout import Layout, chosen, find, grouped, pairs, pointers, whole
 from muslin.physics.elements.pattern_kernels import (
     add_blocks,
     assemble_blocks,
@@ -76,6 +76,8 @@ class Pattern(Gather):
         k.
     layout : Layout
         Every pair of vertices that share a cell.
+    ptr : (n + 1,) int32
+        Where each vertex' blocks begin.
     held : (blocks,) bool
         Whether a block's pair shares one of `cells`.
     """
@@ -84,14 +86,15 @@ class Pattern(Gather):
         super().__init__(cells, n)
         self.corners = cells.shape[1]
         if widened is None:
-            self._keys, self.block_rows, self.block_ptr = _sorted_pairs(cells, n)
+            row, col, self.block_rows, self.block_ptr = pairs(cells, self.vertex_ptr, self.vertex_rows)
         else:
-            self._keys = np.unique(np.concatenate([_pairs(cells, n), _pairs(widened, n)]))
+            keys = np.unique(np.concatenate([_pairs(cells, n), _pairs(widened, n)]))
+            row, col = whole(keys // n), whole(keys % n)
+        self.layout = Layout.csr(row, col, n)
+        self.ptr = pointers(row, n)
+        if widened is not None:
             self.block_rows, self.block_ptr = self.gathering(cells)
         self.held = np.diff(self.block_ptr) > 0
-        self.layout = Layout.csr(self._keys // n, self._keys % n, n)
-        ptr, numbers = pointers(self.layout.row, n), np.arange(len(self._keys))
-        self._numbers = sp.csr_matrix((numbers, self.layout.col.astype(np.int32), ptr), shape=(n, n))
         self.nnz = self.layout.size
 
     @functools.cached_property
@@ -104,7 +107,7 @@ class Pattern(Gather):
     @functools.cached_property
     def mirrored(self) -> np.ndarray:
         """Number of each block's transpose."""
-        return np.asarray(self._numbers.T.tocsr().data)
+        return grouped(self.layout.col, self.n)[0]  # by columns, as the transposes are by rows
 
     @functools.cached_property
     def scalar(self) -> tuple[np.ndarray, np.ndarray]:
@@ -116,8 +119,9 @@ class Pattern(Gather):
 
         Block (i, j) gathers rows k k e + k corner_i + corner_j.
         """
-        block = np.searchsorted(self._keys, _pairs(cells, self.n))
-        return grouped(block, len(self._keys))
+        k = cells.shape[1]
+        block = self.find(np.repeat(cells, k, axis=1).ravel(), np.tile(cells, k).ravel())
+        return grouped(block, len(self.layout.row))
 
     def blocks(self, factor: np.ndarray) -> np.ndarray:
         """Sum numbers (k k m,), one per pair of a cell's corners, into one for each block."""
@@ -128,13 +132,11 @@ class Pattern(Gather):
     def neighbours(self, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Vertices that have mass in common: where each one's begin, which they are, and how much it is."""
         row, col = self.layout.row[self.held], self.layout.col[self.held]
-        return pointers(row, self.n), col.astype(np.int32), np.ascontiguousarray(mass[self.held])
+        return pointers(row, self.n), col, np.ascontiguousarray(mass[self.held])
 
     def find(self, row: np.ndarray, col: np.ndarray) -> np.ndarray:
         """Number of the block of each pair of vertices that are neighbours."""
-        if not len(row):
-            return np.zeros(0, dtype=np.int64)
-        return np.asarray(self._numbers[row, col]).ravel()
+        return find(self.ptr, self.layout.col, row, col)
 
     def matrix(self, data: np.ndarray) -> sp.csr_matrix:
         """Scipy matrix (3n, 3n) around a data array, without a copy."""
@@ -149,18 +151,6 @@ def _pairs(cells: np.ndarray, n: int) -> np.ndarray:
     k = cells.shape[1]
     i = np.repeat(cells, k, axis=1).ravel().astype(np.int64)
     return i * n + np.tile(cells, k).ravel().astype(np.int64)
-
-
-def _sorted_pairs(cells: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The different ones of `_pairs`, ascending; the numbers of those that are the same, and where each begins."""
-    k = cells.shape[1]
-    i, j = np.repeat(cells, k, axis=1).ravel(), np.tile(cells, k).ravel()
-    by_j, _ = grouped(j, n)
-    by_i, _ = grouped(i[by_j], n)
-    order = by_j[by_i]
-    keys = i[order].astype(np.int64) * n + j[order]
-    begin = np.flatnonzero(np.diff(keys, prepend=-1))
-    return keys[begin], order, np.append(begin, len(keys)).astype(np.int32)
 
 
 class Assembly:
@@ -202,15 +192,16 @@ class Assembly:
         self._mass = np.ascontiguousarray(mass[k])
         self._varying = None if constant is None else (self._mass.copy(), constant[k])
         kernel = assemble_modes if rows.ndim == 2 else assemble_blocks
-        contributions = _chosen(pattern.block_rows, pattern.block_ptr, k)
+        begin, numbers = chosen(pattern.block_ptr, pattern.block_rows, k)
         serial = is_small(len(layout.start), 50)
         out = (self._scale, self.data)
         self._launch = Launch(
-            kernel(serial), rows, *contributions, layout.start, layout.stride, self._mass, *out
+            kernel(serial), rows, begin, numbers, layout.start, layout.stride, self._mass, *out
         )
         self._more = None
         if more is not None:
-            others = _chosen(*pattern.gathering(more[0]), k)
+            numbers, ptr = pattern.gathering(more[0])
+            others = chosen(ptr, numbers, k)
             self._more = Launch(add_blocks(serial), more[1], *others, layout.start, layout.stride, *out)
 
     def __call__(self, scale: float) -> np.ndarray:
@@ -248,14 +239,6 @@ class Assembly:
         own, added = self._order[first[which] + np.arange(len(which)) - begin], blocks[which]
         for a, b in itertools.product(range(3), repeat=2):
             np.add.at(self.data, layout.start[own] + a * layout.stride[own] + b, added[:, a, b])
-
-
-def _chosen(rows: np.ndarray, ptr: np.ndarray, blocks: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Of what all blocks gather, what these do: where each begins, and the numbers of the rows."""
-    count = np.diff(ptr)[blocks]
-    begin = np.concatenate([[0], np.cumsum(count)]).astype(np.int32)
-    position = np.arange(begin[-1]) + np.repeat(ptr[blocks] - begin[:-1], count)
-    return begin, np.ascontiguousarray(rows[position])
 
 
 class KineticEnergy:

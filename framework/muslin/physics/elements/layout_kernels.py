@@ -1,0 +1,121 @@
+"""Kernels that find where things go, on one thread: whole numbers only (see `layout`).
+
+What is symmetric needs no sorting: who goes through the columns in their order, and puts each into its rows, has rows
+that ascend. Loops are `while`s: the engine makes them three times as fast as inner `for`s.
+"""
+
+from muslin.base.arrays import integers
+from muslin.base.engine import ti
+
+
+@ti.kernel
+def pairs(
+    k: int, cells: integers, ptr: integers, rows: integers, place: integers, number: integers, others: integers,
+    row: integers, col: integers, begin: integers, count: integers,
+):  # fmt: skip
+    """Each pair of a cell's corners: `number`s by vertex, and there by the other vertex; and where those are new."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        n, j, blocks = ptr.shape[0] - 1, 0, 0
+        while j < n:
+            place[j] = k * ptr[j]
+            j += 1
+        j = 0
+        while j < n:
+            r, last = ptr[j], ptr[j + 1]
+            while r < last:
+                corner = rows[r]
+                c = corner % k
+                first, a = corner - c, 0
+                while a < k:
+                    i = cells[first + a]
+                    at = place[i]
+                    others[at], number[at] = j, k * (first + a) + c
+                    place[i] = at + 1
+                    a += 1
+                r += 1
+            j += 1
+        i, at = 0, 0
+        while i < n:
+            last, before = k * ptr[i + 1], -1
+            while at < last:
+                j = others[at]
+                if j != before:
+                    row[blocks], col[blocks], begin[blocks] = i, j, at
+                    blocks += 1
+                    before = j
+                at += 1
+            i += 1
+        begin[blocks] = at
+        count[0] = blocks
+
+
+@ti.kernel
+def find(ptr: integers, col: integers, row: integers, wanted: integers, found: integers):
+    """The number of each entry in the rows of a sparse matrix; -1 where there is none."""
+    ti.loop_config(serialize=True)
+    for k in range(row.shape[0]):
+        at, end, j = ptr[row[k]], ptr[row[k] + 1], wanted[k]
+        while at < end and col[at] != j:
+            at += 1
+        found[k] = at if at < end else -1
+
+
+@ti.kernel
+def permuted(
+    upper: int, ptr: integers, col: integers, order: integers, place: integers,
+    begin: integers, end: integers, row: integers, out: integers,
+):  # fmt: skip
+    """A symmetric sparse matrix in another order, with `upper` nothing below its diagonal.
+
+    `place` is where each row is in that order, -1 for those that are left out.
+    """
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        n, i, room = order.shape[0], 0, 0
+        while i < n:
+            begin[i] = end[i] = room
+            room += ptr[order[i] + 1] - ptr[order[i]]
+            i += 1
+        i = 0
+        while i < n:
+            at, last = ptr[order[i]], ptr[order[i] + 1]
+            while at < last:
+                p = place[col[at]]
+                if p >= 0 and (p <= i or upper == 0):
+                    out[end[p]] = i
+                    end[p] = end[p] + 1
+                at += 1
+            i += 1
+        p, to = 0, 0
+        while p < n:
+            at, last = begin[p], end[p]
+            begin[p] = to
+            while at < last:
+                row[to], out[to] = p, out[at]
+                at += 1
+                to += 1
+            p += 1
+        begin[n] = to
+
+
+@ti.kernel
+def chosen(ptr: integers, numbers: integers, which: integers, begin: integers, out: integers):
+    """Some rows of numbers, one behind the other."""
+    ti.loop_config(serialize=True)
+    for k in range(which.shape[0]):
+        at, to, end = ptr[which[k]], begin[k], begin[k + 1]
+        while to < end:
+            out[to] = numbers[at]
+            at += 1
+            to += 1
+
+
+@ti.kernel
+def columns(col: integers, start: integers, stride: integers, out: integers):
+    """The column of each number in 3x3 blocks."""
+    ti.loop_config(serialize=True)
+    for k in range(col.shape[0]):
+        j, first, step = 3 * col[k], start[k], stride[k]
+        for a, b in ti.static(ti.ndrange(3, 3)):
+            out[first + a * step + b] = j + b
