@@ -48,6 +48,8 @@ class Pairs:
         Of the collider there [m/s].
     hit : (c,) bool
         Whether it will touch if it goes on as it does.
+    turns : (c, k, 3, 3), optional
+        Of pairs of parts of a body: what takes velocities of corners to how the points slide (`nearness.turning`).
     """
 
     key: np.ndarray
@@ -57,6 +59,7 @@ class Pairs:
     gaps: np.ndarray
     velocities: np.ndarray
     hit: np.ndarray
+    turns: np.ndarray | None = None
 
     def __len__(self) -> int:
         return len(self.key)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from muslin.base import optional
-from muslin.physics.nearness import Near, near
+from muslin.physics.nearness import Beside, Near, near
 
 #: How a scene may answer contact of a cloth with itself.
 SELF_COLLISION = ("off", "fast", "exact")
@@ -20,8 +20,8 @@ SELF_COLLISION = ("off", "fast", "exact")
 #: Shares of the gap: what must be left for a way to be gone as it is, and what things that meet are to keep.
 NEAREST, KEPT = 0.25, 0.5
 
-#: Share of the least distance that a way may close where there is less than that.
-NEARER = 0.5
+#: Share of the least distance that a way may close where there is less than that, and that it may close unheld.
+NEARER, UNHELD = 0.5, 0.1
 
 #: Share of the gap below which that is all but nothing, a smaller one: distances must not come down to rounding.
 LEAST, CLOSER = 0.02, 0.1
@@ -67,7 +67,7 @@ class SelfContact:
     def __init__(self, X: np.ndarray, triangles: np.ndarray, masses: np.ndarray, gap: float):
         ipctk = require()
         self._mesh, self.gap = surface(X, triangles), float(gap)
-        self._masses = masses
+        self._masses, self._beside = masses, Beside(triangles, len(X))
         self.narrow = ipctk.AdditiveCCD(conservative_rescaling=0.99)
 
     def crosses(self, x: np.ndarray) -> bool:
@@ -96,22 +96,29 @@ class Way:
         now = float(np.sqrt(close.compute_minimum_distance(contact._mesh, self._ends[0])))
         #: whether something is too near at its beginning
         self.is_near = now < NEAREST * contact.gap
+        self._unheld = min(NEAREST * contact.gap, (1 - UNHELD) * now)
         floor = min(LEAST * contact.gap, (1 - CLOSER) * now)
         self._least = min(NEAREST * contact.gap, max((1 - NEARER) * now, floor))
 
+    def is_unheld(self) -> bool:
+        """Whether nothing need push: everything stays further apart than `NEAREST` on it, or about as far as it is."""
+        return self._stays(self._unheld)
+
     def is_free(self) -> bool:
-        """Whether everything stays further apart than `NEAREST` on it, or comes less than `NEARER`."""
-        return bool(self._candidates.is_step_collision_free(self._contact._mesh, *self._ends, *self._watch()))
+        """Whether it may be gone: everything stays further apart than `NEAREST` on it, or comes less than `NEARER`."""
+        return self._stays(self._least)
+
+    def _stays(self, least: float) -> bool:
+        mesh, narrow = self._contact._mesh, self._contact.narrow
+        return bool(self._candidates.is_step_collision_free(mesh, *self._ends, least, narrow))
 
     def reach(self) -> float:
         """Share of it, at most 1, that may be gone."""
-        mesh = self._contact._mesh
-        return float(self._candidates.compute_collision_free_stepsize(mesh, *self._ends, *self._watch()))
-
-    def _watch(self) -> tuple[float, Any]:
-        return self._least, self._contact.narrow
+        mesh, narrow = self._contact._mesh, self._contact.narrow
+        return float(self._candidates.compute_collision_free_stepsize(mesh, *self._ends, self._least, narrow))
 
     def meets(self) -> Near:
         """What comes near on it."""
         contact = self._contact
-        return near(self._candidates, contact._mesh, self._x, self._goal - self._x, KEPT * contact.gap)
+        way, wanted = self._goal - self._x, KEPT * contact.gap
+        return near(self._candidates, contact._mesh, contact._beside, self._x, way, wanted)

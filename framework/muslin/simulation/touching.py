@@ -118,11 +118,17 @@ class Touching:
             )
         self.rubs = bool(self.grip.any())
 
+    def slides(self, v: np.ndarray) -> np.ndarray:
+        """How fast points slide at velocities (3n,), (c,) [m/s]."""
+        return np.asarray(np.linalg.norm(self._along(v)[2], axis=1))
+
     def _along(self, v: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Velocity of the points relative to the colliders, how much of it is inwards of the least, and across."""
         u = self.pairs.at(v.reshape(-1, 3))
         inwards = np.einsum("ij,ij->i", self.pairs.normals, u) - self.least
         relative = u - self.pairs.velocities
+        if self.pairs.turns is not None:
+            relative = np.einsum("ckij,ckj->ci", self.pairs.turns, v.reshape(-1, 3)[self.pairs.corners])
         across = relative - np.einsum("ij,ij->i", self.pairs.normals, relative)[:, None] * self.pairs.normals
         return u, inwards, across
 
@@ -135,9 +141,12 @@ class Touching:
     def gradient(self, v: np.ndarray) -> np.ndarray:
         """Its gradient, like v [N s]."""
         _, inwards, across = self._along(v)
-        push = self.stiffness * np.minimum(inwards, 0.0)
-        return self.spread(
-            push[:, None] * self.pairs.normals + self.grip[:, None] * across, v.size // 3
+        push, rub = self.stiffness * np.minimum(inwards, 0.0), self.grip[:, None] * across
+        if self.pairs.turns is None:
+            return self.spread(push[:, None] * self.pairs.normals + rub, v.size // 3).ravel()
+        turned = np.einsum("ckij,ci->ckj", self.pairs.turns, rub)
+        return (
+            self.spread(push[:, None] * self.pairs.normals, v.size // 3) + self._summed(turned, v)
         ).ravel()
 
     def rounding(self, v: np.ndarray) -> np.ndarray:
@@ -156,14 +165,28 @@ class Touching:
                 out[:, a] += np.bincount(corner, part[:, a], n)
         return out
 
+    def _summed(self, rows: np.ndarray, v: np.ndarray) -> np.ndarray:
+        """Sum a row for each corner, (c, k, 3), into (n, 3)."""
+        corners, flat = self.pairs.corners.ravel(), rows.reshape(-1, 3)
+        return np.stack([np.bincount(corners, flat[:, a], v.size // 3) for a in range(3)], axis=1)
+
     def push(self, v: np.ndarray, presses: np.ndarray) -> np.ndarray:
         """What these pairs add to the gradient, like v, whether or not they press at v."""
         push = np.where(presses, self.stiffness * self._along(v)[1], 0.0)
         return self.spread(push[:, None] * self.pairs.normals, v.size // 3).ravel()
 
-    def pressing(self, v: np.ndarray) -> np.ndarray:
-        """Which pairs press at velocities (3n,), (c,) bool."""
-        return self._along(v)[1] < 0
+    def pushes(self, v: np.ndarray, presses: np.ndarray) -> np.ndarray:
+        """How hard these pairs push at velocities (3n,) that were solved for with them, (c,) [N s].
+
+        What pulls does not, and others push so much less: of too many pairs that hold a surface, some do.
+        """
+        push = np.where(presses, -self.stiffness * self._along(v)[1], 0.0)
+        pushing = np.maximum(push, 0.0)
+        return np.asarray(pushing * max(push.sum(), 0.0) / max(pushing.sum(), 1e-300))
+
+    def pressing(self, v: np.ndarray, almost: float = 0.0) -> np.ndarray:
+        """Which pairs press at velocities (3n,), or almost, by so much [m/s], (c,) bool."""
+        return self._along(v)[1] < almost
 
     def release(self, v: np.ndarray) -> bool:
         """Expect those no longer to press that pull at velocities (3n,), if that is a large part of what pushes.
@@ -194,9 +217,16 @@ class Touching:
     def matrix(self, presses: np.ndarray, n: int) -> sp.csc_matrix:
         """Hessian of what all pairs add, (3n, 3n) [kg], where these press."""
         which = np.flatnonzero(presses | (self.grip > 0))
-        corners, weights = self.pairs.corners[which], self.pairs.weights[which]
-        rows = weights[:, :, None] * weights[:, None, :]
-        values = rows[:, :, :, None, None] * self.blocks(presses)[which][:, None, None]
+        corners, weights, turns = self.pairs.corners[which], self.pairs.weights[which], self.pairs.turns
+        rows = (weights[:, :, None] * weights[:, None, :])[:, :, :, None, None]
+        if turns is None:
+            values = rows * self.blocks(presses)[which][:, None, None]
+        else:
+            along = self.pairs.normals[which, :, None] * self.pairs.normals[which, None, :]
+            held = np.where(presses, self.stiffness, 0.0)[which, None, None] * along
+            rubbed = self.grip[which, None, None] * (np.eye(3) - along)
+            turned = np.einsum("cab,clbj->claj", rubbed, turns[which])
+            values = rows * held[:, None, None] + np.einsum("ckai,claj->cklij", turns[which], turned)
         unknown = 3 * corners[:, :, None] + np.arange(3)
         row = np.broadcast_to(unknown[:, :, None, :, None], values.shape)
         col = np.broadcast_to(unknown[:, None, :, None, :], values.shape)

@@ -6,9 +6,10 @@ Where a step leads through something, velocities v are sought that would have be
 
 and its own answer w, they minimise Phi(v) - Phi'(w) v + S(v), which without S is least at w. S has a one-sided spring
 for each pair of points that meets on the way (`muslin.physics.nearness`), as there is one for each contact with a
-collider (`touching`). Springs act between parts of the body, so that momentum is kept; they push and never pull, so
-that nothing is held that could slide or fall. The energies V are the body's own, not a linear system's word: a push
-must not strain the body more than it has to. Then the way is looked at again, and what is met now is added.
+collider (`touching`), and friction where they press (`rubbing`). Springs act between parts of the body, so that
+momentum is kept; they push and never pull, so that nothing is held that could slide or fall. The energies V are the
+body's own, not a linear system's word: a push must not strain the body more than it has to. Then the way is looked at
+again, and what is met now is added.
 
 It is gone as far as nothing is met (continuous collision detection); what cannot be gone is lost.
 """
@@ -20,10 +21,11 @@ import dataclasses
 import numpy as np
 
 from muslin.physics.meeting import Pairs
-from muslin.physics.nearness import Near
-from muslin.physics.selfcontact import KEPT, PUSH, Way
+from muslin.physics.nearness import Near, turning
+from muslin.physics.selfcontact import KEPT, NEAREST, PUSH, Way
 from muslin.simulation import guarded
 from muslin.simulation.model import Model, State
+from muslin.simulation.rubbing import Rubbing
 from muslin.simulation.touching import Pressed, Touching
 
 #: How often the way is looked at in a step at most, and iterations of Newton's method each time.
@@ -31,6 +33,13 @@ ROUNDS, ITERATIONS = 8, 6
 
 #: How much harder the springs are than the body is where they act.
 HARDER = 100.0
+
+#: Share of the gap to which what is nearer than `NEAREST` is brought apart: hardly further, it falls back unrubbed.
+LIFT = 0.3
+
+#: What opens more slowly [m/s] is as hard for Newton's method as what presses: of points of what lies flat these and
+#: those press in turn, and each step would be halved.
+ALMOST = 1e-3
 
 #: Share of the gap by which points may go on after Newton's method beyond where they are to end.
 DEEPEST = 0.1
@@ -52,10 +61,11 @@ def uncrossed(model: Model, state: State, following: State, dt: float, before: f
     contact = model.self_contact
     assert contact is not None
     way = contact.way(state.x, following.x)
-    if way.is_free() and not way.is_near:
+    unheld = way.is_unheld()
+    if unheld and not way.is_near:
         return following
-    apart = _Apart(model, state, following, dt)
-    reached = apart.reached(way)
+    apart = _Apart(model, state, following, dt, way)
+    reached = following.x if unheld else apart.reached()
     v = following.v + (reached - following.x) / dt
     after = dataclasses.replace(following, x=reached, v=v)
     if model.contact == "solve":
@@ -82,33 +92,35 @@ def _guarded(model: Model, state: State, following: State, before: float) -> Sta
 class _Apart:
     """The way of a step that would cross the body with itself."""
 
-    def __init__(self, model: Model, state: State, following: State, dt: float):
+    def __init__(self, model: Model, state: State, following: State, dt: float, way: Way):
         assert model.self_contact is not None
         self._contact, self._model, self._dt = model.self_contact, model, dt
-        self._x, self._goal = state.x, following.x
+        self._x = state.x
         self._own = (following.x - state.x) / dt
+        self._before = state.v.ravel()
         self._met: Near | None = None
+        self._rubbing: Rubbing | None = None
         body = model.body
         body.update(state.x)
         model.prepare()
         self._loose = 1.0 / model.diagonal(dt).max(axis=1)
         hard = model.touching(state, dt) if model.contact == "solve" else None
-        self._touching = [self._softer(hard, state.pressed)] if hard else []
+        self._colliders = [self._softer(hard, state.pressed)] if hard else []
+        self._touching = self._colliders
         body.update(following.x)
         self._slope = self._gradient(self._own)
+        self._meet(way)
 
-    def reached(self, way: Way) -> np.ndarray:
+    def reached(self) -> np.ndarray:
         """Where the way may end, (n, 3)."""
-        x, goal, v = self._x, self._goal, self._own
-        colliders = self._touching
-        self._meet(way, colliders)
+        x, v = self._x, self._own
         for _ in range(ROUNDS):
-            if way.is_free():
-                return goal
             v = self._solved(v)
             goal = x + self._dt * v
             way = self._contact.way(x, goal)
-            self._meet(way, colliders)
+            if way.is_free():
+                return goal
+            self._meet(way)
         drift = self._contact.drift(goal - x)
         return x + drift + way.reach() * (goal - x - drift)
 
@@ -117,7 +129,8 @@ class _Apart:
         model, x = self._model, after.x
         apart, gap = self._touching[-1], self._contact.gap
         distance = np.einsum("ij,ij->i", apart.pairs.normals, apart.pairs.at(x))
-        wanted = np.clip(KEPT * gap - distance, 0.0, PUSH * gap)
+        near = distance < NEAREST * gap
+        wanted = np.where(near, np.minimum(LIFT * gap - distance, PUSH * gap), 0.0)
         model.body.update(x)
         if not wanted.any():
             return after
@@ -132,7 +145,7 @@ class _Apart:
         work = model.elastic(there) + model.potential(there) - stored
         return dataclasses.replace(after, x=there, work=after.work + work)
 
-    def _meet(self, way: Way, colliders: list[Touching]) -> None:
+    def _meet(self, way: Way) -> None:
         """Add what meets on a way to what touches."""
         met = way.meets()
         self._met = met = met if self._met is None else self._met.joined(met)
@@ -144,9 +157,13 @@ class _Apart:
             np.zeros(len(met)),
             np.zeros((len(met), 3)),
             np.zeros(len(met), bool),
+            turning(met.corners, met.weights, self._x, self._contact.gap),
         )
         pairs.gaps[:] = np.einsum("ij,ij->i", met.normals, pairs.at(self._x)) - KEPT * self._contact.gap
-        self._touching = [*colliders, Touching(pairs, Pressed(), self._dt, self._stiffness(pairs))]
+        apart = Touching(pairs, Pressed(), self._dt, self._stiffness(pairs))
+        self._touching = [*self._colliders, apart]
+        if self._model.friction:
+            self._rubbing = Rubbing(apart, self._model.friction, self._before)
 
     def _stiffness(self, pairs: Pairs) -> np.ndarray:
         return HARDER / np.einsum("ck,ck->c", pairs.weights**2, self._loose[pairs.corners])
@@ -204,7 +221,8 @@ class _Apart:
         value, enough = self._value(v), DEEPEST * self._contact.gap / self._dt
         for _ in range(ITERATIONS):
             r = self._gradient(v) - self._slope
-            self._write([t.pressing(v.ravel()) for t in self._touching])
+            presses = [t.pressing(v.ravel(), ALMOST) for t in self._touching]
+            self._write(presses)
             step = self._model.varying.solve(-r.reshape(-1, 3))
             slope, length, start = float(r @ step.ravel()), 1.0, v
             v, before, value = start + step, value, self._value(start + step)
@@ -212,8 +230,11 @@ class _Apart:
                 length /= 2
                 v = start + length * step
                 value = self._value(v)
-            if length == 1 and max(t.deepest(v.ravel()) for t in self._touching) < enough:
+            rubs = self._rubbing is not None and self._rubbing.follow(start + step, v, presses[-1])
+            if length == 1 and not rubs and max(t.deepest(v.ravel()) for t in self._touching) < enough:
                 break
+            if self._rubbing:
+                value = self._value(v)
         return v
 
 

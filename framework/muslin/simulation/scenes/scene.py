@@ -118,7 +118,7 @@ class Scene:
     flip_angle: float = (
         30.0  # of folds from which no edge along them is exchanged, so that they store no energy
     )
-    friction: float = 0.0  # Coulomb's coefficient with colliders, where contacts are in the system
+    friction: float = 0.0  # Coulomb's, with colliders (contact=solve) and of the cloth with itself
     stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
     project: bool = True
     tolerance: float = 1e-8  # of Newton's method, in backward Euler
