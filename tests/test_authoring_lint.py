@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 import shutil
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -60,8 +61,9 @@ def other_data(path: Path):
 
 
 def hidden_in(folder: str):
-    reference_data.build("cloth", "elsewhere", "a secret", 1, hidden=True)
-    shutil.copytree("elsewhere", folder)
+    with tempfile.TemporaryDirectory() as elsewhere:
+        reference_data.build("cloth", elsewhere, "a secret", 1, hidden=True)
+        shutil.copytree(elsewhere, folder)
 
 
 #: What an author does wrong -> what the lint must say of it.
@@ -146,6 +148,10 @@ MISTAKES = {
     "hidden data among the data": (
         lambda: hidden_in("data/reference/hidden"),
         r"data/reference/hidden: hidden reference data \(their seed is not the public one\)",
+    ),
+    "hidden data beside the solution": (
+        lambda: hidden_in("solutions/cloth/hidden"),
+        r"solutions/cloth/hidden: reference data beside the solution; move solutions/cloth/hidden out",
     ),
     "a hidden file among the public ones": (
         lambda: shutil.copy("data/reference/cloth/phi.npz", "data/reference/cloth/phi-hidden.npz"),

@@ -11,6 +11,7 @@ import pytest
 import muslin
 from muslin import tasks
 from muslin.authoring import mistakes
+from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.grading import diagnosis, known
 from muslin.grading.diagnosis.partial import opposite
@@ -155,7 +156,7 @@ def test_a_submission_differs_from_the_solution_in_the_chosen_functions_only(tmp
     functions = muslin.load(folder)
     assert all(tasks.failure_of(function) is None for function in functions)
     for file in tasks.assignment("cloth").files:
-        same = (folder / file).read_text() == (suite.SOLUTIONS / "cloth" / file).read_text()
+        same = (folder / file).read_text() == (paths.source("cloth") / file).read_text()
         assert same == (file != "stress.py")
     assert chosen.code in (folder / "stress.py").read_text()
 
@@ -167,7 +168,7 @@ def solution_lines():
     """Every line of code of the solution regions, without blanks."""
     for file in tasks.assignment("cloth").files:
         inside = False
-        for line in (suite.SOLUTIONS / "cloth" / file).read_text().splitlines():
+        for line in (paths.source("cloth") / file).read_text().splitlines():
             if "begin solution" in line or "end solution" in line:
                 inside = "begin" in line
             elif inside and (code := "".join(line.split("#")[0].split()).removeprefix("return")):

@@ -19,9 +19,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from muslin import tasks
-
-HERE = Path(__file__).parent
-SOLUTIONS = HERE.parents[1] / "solutions"
+from muslin.base import paths
 
 HEADER = re.compile(r"^# (wrong|right): ([\w-]+)(?: \| cause: (.+))?$", re.MULTILINE)
 
@@ -56,7 +54,7 @@ def variants(assignment: str = "cloth") -> list[Variant]:
 
 def written(task: tasks.Task, assignment: str = "cloth") -> list[Variant]:
     """Variants of one task's file."""
-    text = (HERE / assignment / f"{task.name}.py").read_text(encoding="utf-8")
+    text = (paths.misconceptions(assignment) / f"{task.name}.py").read_text(encoding="utf-8")
     headers = list(HEADER.finditer(text))
     ends = [header.start() for header in headers[1:]] + [len(text)]
     return [
@@ -131,7 +129,7 @@ def submission(folder: Path | str, chosen: Mapping[str, Variant], assignment: st
     folder = Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     for file in table.files:
-        source = (SOLUTIONS / assignment / file).read_text(encoding="utf-8")
+        source = (paths.source(assignment) / file).read_text(encoding="utf-8")
         for name, variant in chosen.items():
             if table.tasks[name].file == file:
                 source = replaced(source, name, variant.code)

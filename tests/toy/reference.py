@@ -1,9 +1,11 @@
-"""All that is known of the toy's tasks, in one file: how cases are drawn, what is true, and more."""
+"""What students must not read of the toy's tasks: how cases are drawn, what is true, what mistakes make of it.
+
+What they may read is in `practice/`.
+"""
 
 import numpy as np
 
-from muslin.judging import Derivative, Law, Line, Mistake, Property
-from muslin.judging.differences import CASES, flat, stepped
+from muslin.judging import Law, Mistake
 from muslin.judging.exact import (
     add,
     apply,
@@ -17,7 +19,6 @@ from muslin.judging.exact import (
     times,
     transpose,
 )
-from muslin.judging.relations import again, between, binades, follows, matrices, vanishes
 from muslin.tasks.comparing import size_of
 
 # energy ------------------------------------------------------------------------------------------------------------
@@ -49,30 +50,6 @@ def truth_d2psi_dF2(F, mu):
     return hessian(lambda x: energy(x, mu), [entry for row in F for entry in row])
 
 
-def terms_psi(a):
-    return a["mu"] * (3 + size_of(a["F"]) ** 2)
-
-
-def _strained(rng):
-    return {"F": matrices(rng, 6), "mu": binades(rng, 2, 8, 6)}
-
-
-properties_psi = (
-    Property(
-        "linear in mu",
-        "Twice the stiffness must store twice the energy.",
-        again(_strained, lambda rng, a: {"mu": 2 * a["mu"]}),
-        follows(terms_psi, lambda psi: 2 * psi),
-    ),
-)
-properties_d2psi_dF2 = (
-    Property(
-        "symmetric",
-        "The Hessian must be symmetric.",
-        _strained,
-        vanishes(None, lambda a, H: H - np.swapaxes(H, 1, 2)),
-    ),
-)
 mistakes_psi = (
     Mistake(
         "not zero at rest",
@@ -86,25 +63,6 @@ mistakes_psi = (
 def conditions_psi(a):
     yield "F is the identity", np.all(a["F"] == np.eye(3), axis=(1, 2))
 
-
-def steps_psi(a):
-    return {"tr(F^T F)": np.trace(a["F"].T @ a["F"])}
-
-
-def _along(io):
-    a = {name: array[:CASES] for name, array in io.cases("psi").items()}
-    d = io.direction(3, 3)
-
-    def at(t):
-        return flat(
-            lambda **v: io.best("psi", **v), t.shape[1], F=(stepped(a["F"], t, d), True), mu=(a["mu"], False)
-        )
-
-    along = [np.einsum("cij,cij->c", f("dpsi_dF", **a), d) for f in (io.yours, io.true)]
-    return Line(at, *along)
-
-
-derivative_dpsi_dF = Derivative("{psi} psi, moved in F", "central", _along)
 
 # tetrahedron and triangle --------------------------------------------------------------------------------------------
 
@@ -176,20 +134,6 @@ def truth_descend(x, step, A, b):
     return sub(x, way), norm(way)
 
 
-def _begun(rng):
-    A = between(rng, -1, 1, 5, 4, 4)
-    vectors = {name: between(rng, -1, 1, 5, 4) for name in ("x", "b")}
-    return {**vectors, "A": A @ np.swapaxes(A, 1, 2), "step": between(rng, 0.1, 1, 5)}
-
-
-properties_descend = (
-    Property(
-        "the way is what x changes by",
-        "How far it is must be the distance between the old x and the new.",
-        _begun,
-        lambda a, out: np.abs(np.linalg.norm(out[0] - a["x"], axis=1) - out[1]),
-    ),
-)
 mistakes_descend = (
     Mistake("uphill", "You go uphill.", "Which sign leads down?", lambda a: 2 * a.x - a.right),
 )

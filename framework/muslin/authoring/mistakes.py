@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import warnings
 from collections.abc import Collection, Iterator
+from typing import Any
 
 import numpy as np
 
@@ -18,11 +19,9 @@ from muslin.base.errors import MuslinError, choices
 from muslin.grading.known import CHANGE, MISTAKE, Entry, Known, save
 from muslin.judging import exact, judge, reference, told
 from muslin.judging.arrays import transposed, unit
-from muslin.judging.judge import Case, Given, Judge
+from muslin.judging.judge import Case, Given, Judge, Mistake
 from muslin.tasks import Task
-
-#: What is raised where there is no right answer to changed inputs.
-UNANSWERABLE = (ArithmeticError, ValueError, IndexError, MuslinError)
+from muslin.tasks.authored import NUMERIC, AuthorError, place
 
 
 def build(assignment: str, only: Collection[str] = ()) -> Iterator[str]:
@@ -59,21 +58,59 @@ def make(task: Task, assignment: str) -> Known:
     return Known(tuple(map(tuple, entries)), known.said, conditions)
 
 
+def known_from_students(task: Task, assignment: str) -> tuple[list[list[Entry]], list[MuslinError]]:
+    """What the mistakes an assignment names make of each result, and what goes wrong with those that fail."""
+    known, failures = judge(assignment, task.name), []
+    inputs, expected = reference.cases(assignment, task.name)
+    entries: list[list[Entry]] = [[] for _ in expected]
+    for mistake in known.mistakes:
+        try:
+            for result, entry in _mistaken(mistake, known, inputs, expected):
+                entries[result].append(entry)
+        except MuslinError as error:
+            failures.append(error)
+    return entries, failures
+
+
 def _mistakes(known: Judge, inputs: Given, expected: tuple[np.ndarray, ...]) -> Iterator[tuple[int, Entry]]:
     for mistake in known.mistakes:
-        right = np.asarray(expected[mistake.result], dtype=np.float64)
-
-        def truth(result: int = mistake.result, **changed: np.ndarray) -> np.ndarray:
-            return _answers(known, {**inputs, **changed})[result]
-
         try:
-            made = mistake.makes(Case(right, truth, inputs))
-        except UNANSWERABLE:
-            continue
-        for array in made if isinstance(made, tuple) else (made,):
-            array = np.broadcast_to(np.asarray(array, dtype=np.float64), right.shape)
-            words = (MISTAKE, mistake.cause, "", "", mistake.mistake, mistake.advice)
-            yield mistake.result, Entry(*words, made=array)
+            yield from _mistaken(mistake, known, inputs, expected)
+        except MuslinError as error:
+            if _slip(error):
+                raise
+
+
+def _mistaken(
+    mistake: Mistake, known: Judge, inputs: Given, expected: tuple[np.ndarray, ...]
+) -> list[tuple[int, Entry]]:
+    """What one mistake makes of the public cases, with the result that it is made in."""
+    if not 0 <= mistake.result < len(expected):
+        what = f"the mistake {mistake.cause!r} is in result {mistake.result} of {len(expected)}"
+        raise AuthorError(place(mistake.makes), what, "Results are counted from 0.")
+    right = np.asarray(expected[mistake.result], dtype=np.float64)
+
+    def truth(result: int = mistake.result, **changed: np.ndarray) -> np.ndarray:
+        return _answers(known, {**inputs, **changed})[result]
+
+    made = mistake.makes(Case(right, truth, inputs))
+    words = (MISTAKE, mistake.cause, "", "", mistake.mistake, mistake.advice)
+    several = made if isinstance(made, tuple) else (made,)
+    return [(mistake.result, Entry(*words, made=_like(right, array, mistake))) for array in several]
+
+
+def _slip(error: Exception) -> bool:
+    """Whether an author's function is to blame, and not inputs to which there is no right answer."""
+    return isinstance(error, AuthorError) and not error.numeric
+
+
+def _like(right: np.ndarray, made: Any, mistake: Mistake) -> np.ndarray:
+    """What a mistake makes of the right answer, which it must be like."""
+    try:
+        return np.broadcast_to(np.asarray(made, dtype=np.float64), right.shape)
+    except (TypeError, ValueError):
+        what = f"the mistake {mistake.cause!r} makes {np.shape(made)} of the right answers, {right.shape}"
+        raise AuthorError(place(mistake.makes), what, "It is given all cases at once, (b, ...).") from None
 
 
 def _changed(
@@ -85,7 +122,9 @@ def _changed(
         try:
             _answers(known, {name: array[:1] for name, array in {**inputs, **changed}.items()})
             answers = _answers(known, {**inputs, **changed})
-        except UNANSWERABLE:
+        except (*NUMERIC, MuslinError) as error:
+            if _slip(error):
+                raise
             continue
         for result, made in enumerate(answers):
             key = np.asarray(made, dtype=np.float32).tobytes()

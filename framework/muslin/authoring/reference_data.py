@@ -1,7 +1,8 @@
 """Reference data: inputs drawn from a seed, answers from the assignment's judges, files that say so.
 
-`data/reference/<assignment>/<task>.npz` holds one array per argument, by its name, and one per result, named
-`expected_<result>`; `provenance.json` holds the seed, versions and checksums. Public cases ship with Muslin;
+`data/reference/<assignment>/<task>.npz` holds one array per argument, by its name, one per result, named
+`expected_<result>`, and what students measure answers against where they have no function that says so
+(`muslin.judging.measured`); `provenance.json` holds the seed, versions and checksums. Public cases ship with Muslin;
 an instructor makes hidden ones with the same command and a secret seed.
 
 Inputs are drawn with Python's `random.Random`, whose stream is guaranteed, and worked out in mpmath before
@@ -25,7 +26,7 @@ from muslin import tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.base.version import __version__
-from muslin.judging import exact
+from muslin.judging import exact, measured
 from muslin.judging.cases import draw_inputs as draw_inputs  # handed on: public names
 from muslin.judging.cases import make
 from muslin.judging.cases import truth as truth
@@ -39,6 +40,9 @@ PUBLIC_CASES = 30
 
 #: How closely `verify` wants the outputs reproduced, relative to the largest entry of each case.
 REPRODUCED = 1e-15
+
+#: How closely the size of terms, which is worked out in float64.
+MEASURED = 1e-12
 
 
 def build(
@@ -74,7 +78,7 @@ def build(
     Raises
     ------
     MuslinError
-        If hidden data would have no secret seed or lie among files that students get.
+        If hidden data would have no secret seed or lie in the checkout, or in the instructor's own folder.
     """
     if hidden:
         _require_secret(assignment_name, out_folder, seed)
@@ -115,12 +119,12 @@ def _require_secret(assignment_name: str, out_folder: Path | str | None, seed: i
     if out_folder is None:
         raise MuslinError("Hidden data need a folder of their own.", "Add --out DIR.")
     folder = Path(out_folder).resolve()
-    home = paths.home(assignment_name)
-    for shipped in (home / "data", home / "assignments"):
-        if folder.is_relative_to(shipped.resolve()):
-            raise MuslinError(
-                f"{paths.shown(folder)} is among the files students get.", "Choose another folder for --out."
-            )
+    shared = (paths.home(assignment_name), paths.root())
+    if inside := [home for home in shared if folder.is_relative_to(home.resolve())]:
+        raise MuslinError(
+            f"{paths.shown(folder)} lies in {paths.shown(inside[0])}, from which all else is shared.",
+            "Choose a folder outside of it for --out.",
+        )
 
 
 def _simulated(assignment_name: str) -> Path | None:
@@ -141,20 +145,27 @@ def _write_simulation(assignment_name: str, folder: Path) -> None:
 
 @dataclass
 class Report:
-    """What `verify` found: `errors` is the largest relative difference per task, `problems` are sentences."""
+    """What `verify` found: `errors` is the largest relative difference per task, `problems` are sentences.
+
+    `slips` are what goes wrong in the author's own functions while cases are made again.
+    """
 
     folder: Path
     errors: dict[str, float] = field(default_factory=dict)
     problems: list[str] = field(default_factory=list)
+    slips: list[MuslinError] = field(default_factory=list)
 
     @property
     def ok(self) -> bool:
         """Whether nothing is wrong."""
-        return not self.problems
+        return not self.problems and not self.slips
 
 
 def verify(
-    assignment_name: str = "cloth", folder: Path | str | None = None, regenerate: bool = True
+    assignment_name: str = "cloth",
+    folder: Path | str | None = None,
+    regenerate: bool = True,
+    simulation: bool = True,
 ) -> Report:
     """Make reference data again from the seed on record and compare.
 
@@ -168,6 +179,8 @@ def verify(
         Default the public data.
     regenerate : bool
         False compares checksums and the list of files only.
+    simulation : bool
+        Whether the reference run that may lie beside the public data is made again, too; half a minute.
 
     Returns
     -------
@@ -202,11 +215,15 @@ def verify(
         if not regenerate:
             continue
         task = name.removesuffix(".npz")
-        made = make(assignment_name, task, seed, files[name]["cases"])
+        try:
+            made = make(assignment_name, task, seed, files[name]["cases"])
+        except MuslinError as error:
+            report.slips.append(error)
+            continue
         report.errors[task] = _compare(name, found, made, report.problems)
     if folder != paths.reference(assignment_name):
         return report
-    if regenerate and (place := _simulated(assignment_name)) is not None:
+    if regenerate and simulation and (place := _simulated(assignment_name)) is not None:
         report.problems += _verify_simulation(assignment_name, str(place))
     return report
 
@@ -234,7 +251,7 @@ def _compare(
             problems.append(f"{name}: {key} is {'missing' if key in made else 'unknown'}.")
         elif found[key].shape != made[key].shape or found[key].dtype != made[key].dtype:
             problems.append(f"{name}: {key} has another shape or type than the generator makes.")
-        elif not key.startswith("expected_"):
+        elif key != measured.TERMS and not key.startswith("expected_"):
             if found[key].tobytes() != made[key].tobytes():
                 problems.append(f"{name}: {key} is not what the seed gives.")
         else:
@@ -243,7 +260,7 @@ def _compare(
             scale = np.abs(flat).max(axis=1)
             error = float(np.max(difference / np.where(scale > 0, scale, 1.0), initial=0.0))
             worst = max(worst, error)
-            if not error <= REPRODUCED:
+            if not error <= (MEASURED if key == measured.TERMS else REPRODUCED):
                 problems.append(f"{name}: {key} differs from the truth by {error:.1e} (relative).")
     return worst
 

@@ -142,6 +142,11 @@ def _require_regions(text: str, path: Path, table: Assignment) -> None:
                 f"{paths.shown(path)} has no function {task.name}, which the manifest asks for."
             )
         node = functions[task.name]
+        if not task.in_python and not any(ast.unparse(line) == "ti.func" for line in node.decorator_list):
+            raise MuslinError(
+                f"{paths.shown(path)}, line {node.lineno}: {task.name} is no Taichi function.",
+                f'Write "@ti.func" above def {task.name}, or language = "python" in the manifest.',
+            )
         count = sum(node.lineno <= line <= (node.end_lineno or node.lineno) + 1 for line in begins)
         if count != 1:
             raise MuslinError(

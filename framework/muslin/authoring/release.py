@@ -30,7 +30,7 @@ from muslin.authoring.leaks import leaks
 from muslin.authoring.page import PAGE, origin, page
 from muslin.authoring.regions import HANDOUT, read, stubs, without_regions
 from muslin.base import paths
-from muslin.base.errors import MuslinError
+from muslin.base.errors import MuslinError, choices
 from muslin.reading import syntax
 from muslin.tasks import EXPERIMENTS, MANIFEST, read_assignment
 
@@ -60,9 +60,11 @@ def release(name: str, out: Path | str | None = None) -> list[Path]:
     """
     source = paths.solution(name)
     files = rendered(source)
+    _require_needs(source)
     given_away = list(leaks(source, files))
     if given_away:
-        raise MuslinError(f"The release would give an answer away: {given_away[0]}", "Say it in other words.")
+        what = given_away[0].rstrip(".")
+        raise MuslinError(f"The release would give an answer away: {what}.", "Say it in other words.")
     folder = Path(out) if out is not None else paths.assignment(name)
     written = []
     for relative, content in files.items():
@@ -74,6 +76,22 @@ def release(name: str, out: Path | str | None = None) -> list[Path]:
             raise MuslinError(f"{paths.shown(path)} cannot be written: {error.strerror}.") from None
         written.append(path)
     return written
+
+
+def _require_needs(source: Path) -> None:
+    known = read_assignment(source).tasks
+    for task in known.values():
+        for need in task.needs:
+            if need not in known:
+                what = f"{paths.shown(source / MANIFEST)}, {task.name}: it needs {need!r}, which is no task."
+                raise MuslinError(what, choices(need, known))
+
+
+def left_over(name: str) -> list[Path]:
+    """Files of `assignments/<name>/` to which nothing in the solution leads any more."""
+    expected, folder = rendered(paths.solution(name)), paths.assignment(name)
+    there = (path for path in sorted(folder.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
+    return [path for path in there if path.relative_to(folder).as_posix() not in {*expected, PAGE}]
 
 
 def out_of_step(name: str) -> list[str]:

@@ -56,12 +56,18 @@ def said(error: BaseException) -> str:
     return f"{type(error).__name__}: {text}" if text else type(error).__name__
 
 
+def near(word: str, known: Iterable[str]) -> str:
+    """Which of the names is probably meant by a word; empty if none is."""
+    folded = {name.lower(): name for name in reversed(list(known))}
+    found = difflib.get_close_matches(str(word).lower(), folded, 1, 0.5)
+    return folded[found[0]] if found else ""
+
+
 def choices(word: str, known: Iterable[str]) -> str:
     """What there is where somebody asked for `word`: what was probably meant, and the list unless it is long."""
     names = list(known)
-    folded = {name.lower(): name for name in reversed(names)}
-    near = difflib.get_close_matches(str(word).lower(), folded, 1, 0.5)
-    meant = f"Did you mean {folded[near[0]]}?" if near else ""
+    alike = near(word, names)
+    meant = f"Did you mean {alike}?" if alike else ""
     listed = f"There is: {', '.join(names)}."
     return meant if meant and len(names) > 8 else f"{meant} {listed}".strip()
 

@@ -10,7 +10,7 @@ import sys
 from pathlib import Path
 
 from muslin.base.engine import choice
-from muslin.base.errors import MuslinError
+from muslin.base.errors import MuslinError, choices
 from muslin.base.text import one_line
 
 #: Folder of the package.
@@ -135,6 +135,8 @@ def solution(name: str) -> Path:
     """
     folder = source(name)
     if not folder.is_dir():
+        if written := assignments("solutions"):
+            raise MuslinError(f"There is no assignment {name!r} in solutions/.", choices(name, written))
         raise MuslinError(
             f"There is no reference solution for {name!r} here: solutions stay in the repository.",
             "Run this from a checkout of Muslin.",

@@ -131,6 +131,8 @@ def release(
     else:
         written = releasing.release(assignment, out)
         say(f"Wrote {len(written)} files to {paths.shown(out or paths.assignment(assignment))}.")
+        for path in releasing.left_over(assignment) if out is None else ():
+            say(f"{paths.shown(path)} is left over: nothing in the solution leads to it. Delete it.")
 
 
 def _write_variant(assignment: str, name: str, seed: str, pick: list[str], per_student: bool) -> None:

@@ -58,7 +58,7 @@ def exact(values: Any) -> Any:
 def rounded(values: Any) -> np.ndarray:
     """Nearest float64 of each number; noise around an exact zero becomes that zero."""
     array = np.array(values, dtype=object)
-    flat = [float(value) if abs(value) > NOTHING else 0.0 for value in array.ravel()]
+    flat = [0.0 if abs(value) <= NOTHING else float(value) for value in array.ravel()]
     return np.array(flat, dtype=np.float64).reshape(array.shape)
 
 
@@ -198,6 +198,8 @@ def answers(function: Callable[..., Any], inputs: Mapping[str, np.ndarray]) -> t
         found = function(**{name: exact(array[sample]) for name, array in inputs.items()})
         columns.append(found if isinstance(found, tuple) else (found,))
     return tuple(
-        np.array(column, dtype=np.int32) if isinstance(column[0], int) else rounded(list(column))
+        np.array(column, dtype=np.int32)
+        if all(isinstance(value, int) for value in column)
+        else rounded(list(column))
         for column in zip(*columns, strict=True)
     )

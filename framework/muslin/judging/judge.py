@@ -13,7 +13,7 @@ import importlib
 import sys
 import threading
 from collections.abc import Callable, Iterator, Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from pathlib import Path
 from types import ModuleType
 from typing import Any
@@ -21,7 +21,7 @@ from typing import Any
 import numpy as np
 
 from muslin.base import paths
-from muslin.base.errors import MuslinError
+from muslin.tasks.authored import AuthorError, guarded, imported
 
 Rng = np.random.Generator
 Arrays = dict[str, np.ndarray]
@@ -70,7 +70,8 @@ class Case:
         self.__dict__.update(inputs)
 
     def __getattr__(self, name: str) -> Any:
-        raise AttributeError(name)
+        there = [known for known in self.__dict__ if not known.startswith("_")]
+        raise AttributeError(f"there is no argument {name!r}, but {', '.join(there)}")
 
 
 @dataclass(frozen=True)
@@ -196,27 +197,77 @@ PARTS = tuple(entry.name for entry in fields(Judge))
 
 
 def judge(assignment: str, task: str) -> Judge:
-    """All that is known here of a task; on a student's machine that is what `practice/` says.
+    """All that is known here of a task; on a student's machine that is what `practice/` and the public data say.
+
+    Its functions are the author's, `guarded`: what goes wrong in one is told as theirs.
 
     Raises
     ------
-    MuslinError
+    AuthorError
         If a file of the assignment cannot be run.
     """
     from muslin import tasks
+    from muslin.judging import measured
     from muslin.judging.wired import wired
 
     found = _judge(modules(assignment), task)
     if not any(place(assignment).is_dir() for place in (paths.assignment, paths.source)):
         return found
     entry = tasks.assignment(assignment).tasks.get(task)
-    return found if entry is None else wired(found, entry)
+    if entry is None:
+        return found
+    found = wired(found, entry)
+    return found if found.terms is not None else replace(found, terms=measured.terms(assignment, entry))
 
 
 @functools.lru_cache(maxsize=256)
 def _judge(files: tuple[ModuleType, ...], task: str) -> Judge:
-    found = {part: _named(files, f"{part}_{task}") for part in PARTS}
-    return Judge(**{part: value for part, value in found.items() if value is not None})
+    found = {}
+    for part in PARTS:
+        file, value = _said(files, f"{part}_{task}")
+        if value is not None:
+            found[part] = _guarded(part, task, value, file)
+    return Judge(**found)
+
+
+def _guarded(part: str, task: str, value: Any, file: str) -> Any:
+    """A part of a judge whose functions tell what goes wrong in them."""
+    words = f"{part}_{task}"
+    try:
+        if part == "properties":
+            return tuple(
+                replace(
+                    prop,
+                    inputs=guarded(prop.inputs, f"the property {prop.name!r} of {task}", file),
+                    judge=guarded(prop.judge, f"the property {prop.name!r} of {task}", file),
+                )
+                for prop in value
+            )
+        if part == "mistakes":
+            return tuple(
+                replace(
+                    mistake, makes=guarded(mistake.makes, f"the mistake {mistake.cause!r} of {task}", file)
+                )
+                for mistake in value
+            )
+        if part == "said":
+            return {cause: (mistake, advice) for cause, (mistake, advice) in value.items()}
+        if part == "derivative":
+            return replace(value, line=guarded(value.line, words, file))
+    except (TypeError, ValueError, AttributeError):
+        raise AuthorError(paths.shown(file), f"{words} is not {FORMS[part]}") from None
+    if not callable(value):
+        raise AuthorError(paths.shown(file), f"{words} is not a function")
+    return guarded(value, words, file)
+
+
+#: What the parts of a judge are that are no functions.
+FORMS = {
+    "properties": "a tuple of Property (one alone needs a comma after it)",
+    "mistakes": "a tuple of Mistake (one alone needs a comma after it)",
+    "said": "a table: cause -> (mistake, advice)",
+    "derivative": "a Derivative",
+}
 
 
 def known(assignment: str, name: str) -> Any:
@@ -224,14 +275,26 @@ def known(assignment: str, name: str) -> Any:
 
     Raises
     ------
-    MuslinError
+    AuthorError
         If one of the files cannot be run.
     """
-    return _named(modules(assignment), name)
+    return _said(modules(assignment), name)[1]
 
 
-def _named(files: tuple[ModuleType, ...], name: str) -> Any:
-    return next((found for file in reversed(files) if (found := getattr(file, name, None)) is not None), None)
+def secret(assignment: str, name: str) -> bool:
+    """Whether an assignment says something by a name, and where students do not get it."""
+    file, found = _said(modules(assignment), name)
+    return found is not None and file not in {
+        str(path) for part, path in paths.knowledge(assignment) if part == "practice"
+    }
+
+
+def _said(files: tuple[ModuleType, ...], name: str) -> tuple[str, Any]:
+    """The file that says something last, and what it says; nothing if none does."""
+    for file in reversed(files):
+        if (found := getattr(file, name, None)) is not None:
+            return str(file.__file__), found
+    return "", None
 
 
 def modules(assignment: str) -> tuple[ModuleType, ...]:
@@ -239,7 +302,7 @@ def modules(assignment: str) -> tuple[ModuleType, ...]:
 
     Raises
     ------
-    MuslinError
+    AuthorError
         If one cannot be run.
     """
     sources = paths.knowledge(assignment)
@@ -269,4 +332,4 @@ def _imported(name: str, path: Path) -> ModuleType:
     try:
         return importlib.import_module(name)
     except Exception as error:
-        raise MuslinError(f"{paths.shown(path)} fails: {type(error).__name__}: {error}.") from None
+        raise imported(error, path) from None

@@ -10,16 +10,18 @@ import functools
 import re
 import sys
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import fields
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from muslin.base import paths
-from muslin.base.errors import MuslinError, choices
+from muslin.base.errors import MuslinError, choices, near
 from muslin.base.text import one_line
-from muslin.tasks.constants import OF, Constants, of, personal, read
-from muslin.tasks.kinds import GRAMMAR, form
+from muslin.tasks.constants import OF, of, personal, read
+from muslin.tasks.kinds import GRAMMAR
+from muslin.tasks.kinds import form as form
+from muslin.tasks.table import FUNCTION, LANGUAGES, Assignment, Grading, Question, Simulation, Task, Value
 from muslin.tasks.wiring import Wiring
 
 MANIFEST = "assignment.toml"
@@ -27,172 +29,8 @@ MANIFEST = "assignment.toml"
 #: Folder of scripts that measure something with a student's functions, in an assignment and in a workspace.
 EXPERIMENTS = "experiments"
 
-#: Languages a task's function may be written in.
-LANGUAGES = ("taichi", "python")
-
-
-@dataclass(frozen=True)
-class Value:
-    """An argument or a result of a task: its kind (see `form`), unit and meaning."""
-
-    name: str
-    kind: str
-    unit: str
-    meaning: str = ""
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        """Of one sample."""
-        return form(self.kind)[0]
-
-    @property
-    def integer(self) -> bool:
-        """Whether it is an integer."""
-        return form(self.kind)[1]
-
-    @property
-    def is_function(self) -> bool:
-        """Whether it is a function, which is built from the arrays of a case where the task runs."""
-        return self.kind == FUNCTION
-
-
-#: Kind of an argument that is a function.
-FUNCTION = "function"
-
-
-@dataclass(frozen=True)
-class Task:
-    """One function a student fills in.
-
-    Attributes
-    ----------
-    arguments : tuple of Value
-        What the function takes, in order.
-    results : tuple of Value
-        What it returns, in order.
-    needs : tuple of str
-        Tasks without which this one cannot be tried in the simulator; every task is checked on its own, whatever the
-        state of the others.
-    language : str
-        "taichi": a `@ti.func` on small vectors and matrices; "python": a plain function on NumPy arrays.
-    problem : tuple of Value
-        Arrays of a case that the function does not see, but the functions it takes are built from.
-    builder : str
-        File of the assignment with a function of the task's name that builds them: arrays by name -> functions by name.
-    called : Wiring
-        How Muslin calls the function, where it is otherwise than the assignment asks for.
-    """
-
-    name: str
-    file: str
-    section: str
-    title: str
-    points: int
-    arguments: tuple[Value, ...]
-    results: tuple[Value, ...]
-    needs: tuple[str, ...] = ()
-    hints: tuple[str, ...] = ()
-    language: str = "taichi"
-    problem: tuple[Value, ...] = ()
-    builder: str = ""
-    called: Wiring | None = None
-
-    @property
-    def inputs(self) -> tuple[Value, ...]:
-        """The arrays that make a case: those the function sees, then those of the problem."""
-        return (*self.seen, *self.problem)
-
-    @property
-    def seen(self) -> tuple[Value, ...]:
-        """The arguments that are arrays."""
-        return tuple(value for value in self.arguments if not value.is_function)
-
-    @property
-    def in_python(self) -> bool:
-        """Whether it is written in plain Python over NumPy arrays."""
-        return self.language == "python"
-
-
-@dataclass(frozen=True)
-class Grading:
-    """How an assignment is graded: the manifest's `[grading]`.
-
-    Attributes
-    ----------
-    deadline, simulation_deadline : float
-        Processor time and sleep that a task may take for an answer, and the simulation, compilation included [s].
-    hidden_cases : int
-        Random cases drawn per task for every submission.
-    credit : mapping
-        Share of a task's points for each layer of its checks, earned only if all layers before it have passed.
-    """
-
-    deadline: float = 20.0
-    simulation_deadline: float = 60.0
-    hidden_cases: int = 20
-    credit: Mapping[str, float] = field(default_factory=lambda: {"hidden": 0.7, "properties": 0.3})
-
-
-@dataclass(frozen=True)
-class Simulation:
-    """The run that all functions of an assignment make together: the manifest's `[simulation]`.
-
-    Attributes
-    ----------
-    scene : str
-        One of Muslin's, small and short.
-    compared_steps : int
-        How many of its steps are held against the reference: what touches is chaotic after a while.
-    parameters : mapping
-        Of the scene.
-    shown : mapping
-        Parameters of whichever scene `muslin run` shows a student's functions in, unless they are set.
-    """
-
-    scene: str
-    compared_steps: int = 30
-    parameters: Mapping[str, Any] = field(default_factory=dict)
-    shown: Mapping[str, Any] = field(default_factory=dict)
-
-
-@dataclass(frozen=True)
-class Question:
-    """A question that is answered in words and marked by hand, its points on top of the tasks': `[written.NAME]`."""
-
-    name: str
-    section: str
-    title: str
-    points: int
-
-
-@dataclass(frozen=True)
-class Assignment:
-    """A manifest, read."""
-
-    name: str
-    title: str
-    version: str
-    tasks: Mapping[str, Task]
-    grading: Grading = Grading()
-    simulation: Simulation | None = None
-    written: Mapping[str, Question] = field(default_factory=dict)
-    energy: str = ""  # which of a body's energies its functions write; default the body's first
-    constants: Constants | None = None  # each student's own, if it has such
-
-    @property
-    def student(self) -> str:
-        """Whose it is, of an assignment with constants of each student's own."""
-        return self.name.partition(OF)[2]
-
-    @property
-    def files(self) -> tuple[str, ...]:
-        """Names of the files a student hands in, in the order of the handout."""
-        return tuple(dict.fromkeys(task.file for task in self.tasks.values()))
-
-    @property
-    def given(self) -> tuple[str, ...]:
-        """Names of the files beside them that a student is given and hands back unread: what builds arguments."""
-        return tuple(dict.fromkeys(task.builder for task in self.tasks.values() if task.builder))
+#: What is said of it after all other kinds: where a task is in Python, and where it is not.
+_OF_PYTHON = (f'; {FUNCTION} where language = "python"', f", {FUNCTION}")
 
 
 def _values(entries: Mapping[str, str], functions: bool = False) -> tuple[Value, ...]:
@@ -207,35 +45,47 @@ def _value(name: str, text: str, functions: bool) -> Value:
     except MuslinError:
         raise MuslinError(
             f"{name} = {text!r} does not describe a value.",
-            f'Write "kind [unit] meaning" with a kind from: {GRAMMAR}.',
+            f'Write "kind [unit] meaning" with a kind from: {GRAMMAR}{_OF_PYTHON[functions]}.',
         ) from None
     return Value(name, match[1], match[2], match[3] or "")
 
 
-def _task(name: str, entry: Mapping[str, Any]) -> Task:
-    """A task as the manifest says it."""
+def _task(name: str, entry: Mapping[str, Any], where: str) -> Task:
+    """A task as the manifest says it; errors say `where` it stands."""
+    try:
+        return _entry(name, entry)
+    except KeyError as error:
+        asked = {field.name for field in fields(Task)}
+        alike = near(str(error.args[0]), [key for key in entry if key not in asked])
+        hint = f"There is {alike!r}: rename it." if alike else "Add it."
+        raise MuslinError(f"{where}, {name}: it lacks the entry {error}.", hint) from None
+    except MuslinError as error:
+        raise MuslinError(f"{where}, {name}: {error.message}", error.hint) from None
+
+
+def _entry(name: str, entry: Mapping[str, Any]) -> Task:
+    """What an entry of the table says."""
+    language = entry.get("language", LANGUAGES[0])
+    if language not in LANGUAGES:
+        raise MuslinError(f"there is no language {language!r}.", choices(str(language), LANGUAGES))
     task = Task(
         name=name,
         file=entry["file"],
         section=entry["section"],
         title=entry["title"],
         points=entry["points"],
-        arguments=_values(entry["arguments"], functions=entry.get("language") == "python"),
+        arguments=_values(entry["arguments"], functions=language == "python"),
         results=_values(entry["results"]),
         needs=tuple(entry.get("needs", ())),
         hints=tuple(entry.get("hints", ())),
-        language=entry.get("language", "taichi"),
+        language=language,
         problem=_values(entry.get("problem", {})),
         builder=entry.get("builder", ""),
         called=_wiring(entry["called"]) if "called" in entry else None,
     )
-    if task.language not in LANGUAGES:
-        raise MuslinError(
-            f"{name}: there is no language {task.language!r}.", f"There is: {', '.join(LANGUAGES)}."
-        )
     if any(value.is_function for value in task.arguments) != bool(task.builder):
         raise MuslinError(
-            f"{name}: a task that takes functions names the file that builds them, and no other does.",
+            "a task that takes functions names the file that builds them, and no other does.",
             f'Write builder = "problems.py" beside its arguments, and def {name} in that file.',
         )
     return task
@@ -250,6 +100,10 @@ def _question(name: str, entry: Mapping[str, Any], tasks: Mapping[str, Task]) ->
 def _wiring(entry: Mapping[str, Any]) -> Wiring:
     expressions = {name: entry.get(name, {}) for name in ("give", "take", "back", "send")}
     return Wiring(_values(entry["arguments"]), _values(entry["results"]), **expressions)
+
+
+#: What a manifest holds at its top.
+_ENTRIES = {"schema", "task", "student", *(field.name for field in fields(Assignment))} - {"tasks"}
 
 
 def read_assignment(folder: Path | str) -> Assignment:
@@ -277,7 +131,7 @@ def _read(path: Path, text: str) -> Assignment:
 
     try:
         table = tomllib.loads(text)
-        tasks = {name: _task(name, entry) for name, entry in table["task"].items()}
+        tasks = {name: _task(name, entry, paths.shown(path)) for name, entry in table["task"].items()}
         grading = _grading(table.get("grading", {}), path)
         simulation = _simulation(table["simulation"], path) if "simulation" in table else None
         written = {name: _question(name, entry, tasks) for name, entry in table.get("written", {}).items()}
@@ -293,7 +147,9 @@ def _read(path: Path, text: str) -> Assignment:
     except tomllib.TOMLDecodeError as error:
         raise MuslinError(f"{paths.shown(path)} is not valid TOML: {error}.") from None
     except KeyError as error:
-        raise MuslinError(f"{paths.shown(path)} lacks the entry {error}.") from None
+        alike = near(str(error.args[0]), [key for key in table if key not in _ENTRIES])
+        hint = f"There is {alike!r}: rename it." if alike else "Add it."
+        raise MuslinError(f"{paths.shown(path)}: it lacks the entry {error}.", hint) from None
 
 
 def _simulation(table: Mapping[str, Any], path: Path) -> Simulation:
@@ -339,12 +195,27 @@ def assignment(name: str = "cloth") -> Assignment:
     Raises
     ------
     MuslinError
-        If there is no such assignment; the message lists those there are.
+        If there is no such assignment; the message lists those there are. Or if it has been changed since its release:
+        everything else is asked of what students have.
     """
     for folder in (paths.assignment(name), paths.source(name)):
         if (folder / MANIFEST).is_file():
+            _require_in_step(folder, paths.source(name), paths.bare(name))
             return _of_student(folder, name) if OF in name else read_assignment(folder)
     raise MuslinError(f"There is no assignment {name!r}.", choices(name, paths.assignments()))
+
+
+def _require_in_step(released: Path, source: Path, name: str) -> None:
+    """Refuse a released manifest that is no longer the solution's, where there is a solution."""
+    try:
+        texts = [(folder / MANIFEST).read_text(encoding="utf-8") for folder in (released, source)]
+    except OSError:  # none here, or out of sight while a submission is graded
+        return
+    if texts[0] != texts[1] and read_assignment(released) != read_assignment(source):
+        raise MuslinError(
+            f"{paths.shown(source / MANIFEST)} has been changed since {name} was released.",
+            f"Run: muslin release {name}",
+        )
 
 
 def _of_student(folder: Path, name: str) -> Assignment:

@@ -10,15 +10,19 @@ import traceback
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from types import ModuleType
-from typing import Any
+from typing import Any, cast
 
 import numpy as np
 
 from muslin.base import paths
 from muslin.base.errors import MuslinError, StudentCodeError
+from muslin.tasks.authored import AuthorError, guarded, imported, place
 from muslin.tasks.manifest import Assignment, Task, Value
 
 Arrays = Mapping[str, np.ndarray]
+
+#: What to do about the file that builds functions: its author, and a student who is given it.
+GIVEN = "Correct it there. Where it was given to you: copy it back from the assignment."
 
 
 #: Number of a case -> the functions its task's function is given.
@@ -86,8 +90,21 @@ def arguments(function: Callable[..., Any], task: Task, case: Arrays) -> dict[st
 
 
 def functions(build: Callable[..., Mapping[str, Any]], task: Task, case: Arrays) -> Mapping[str, Any]:
-    """The functions that are built from the arrays of one case, by name."""
-    return build(**_own(task.inputs, case))
+    """The functions that are built from the arrays of one case, by name.
+
+    Raises
+    ------
+    AuthorError
+        If what builds them fails, or gives others than the task takes.
+    """
+    found = build(**_own(task.inputs, case))
+    wanted = [value.name for value in task.arguments if value.is_function]
+    given = dict(found) if isinstance(found, Mapping) else {}
+    if absent := [name for name in wanted if not callable(given.get(name))]:
+        gives = ", ".join(map(str, given)) or f"a {type(found).__name__}"
+        what = f"{task.name} gives {gives}, and no function {absent[0]}, which the manifest asks for"
+        raise AuthorError(place(build), what, GIVEN)
+    return given
 
 
 def _own(values: Iterable[Value], case: Arrays) -> dict[str, Any]:
@@ -194,7 +211,7 @@ def builder(task: Task, table: Assignment, folder: Path) -> Callable[..., Any] |
 
     Raises
     ------
-    MuslinError
+    AuthorError
         If its file is missing or broken.
     """
     if not task.builder:
@@ -204,10 +221,9 @@ def builder(task: Task, table: Assignment, folder: Path) -> Callable[..., Any] |
     module = ModuleType(f"muslin_builder_{path.stem}")
     try:
         exec(compile(path.read_text(encoding="utf-8"), str(path), "exec", dont_inherit=True), module.__dict__)
-        found: Callable[..., Any] = getattr(module, task.name)
     except Exception as error:
-        raise MuslinError(
-            f"{paths.shown(path)} cannot be used: {type(error).__name__}: {error}.",
-            "It is given: copy it back from the assignment.",
-        ) from None
-    return found
+        raise imported(error, path, GIVEN) from None
+    found = getattr(module, task.name, None)
+    if not callable(found):
+        raise AuthorError(paths.shown(path), f"there is no function {task.name}", GIVEN)
+    return cast(Callable[..., Any], guarded(found, task.name, str(path), GIVEN))

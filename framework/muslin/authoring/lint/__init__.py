@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterator
 
 from muslin import tasks
 from muslin.authoring.lint.finding import Finding, Subject, of_error
+from muslin.authoring.lint.judging import check_judges, check_laws, check_names
 from muslin.authoring.lint.manifest import check_entries, check_hints, check_prerequisites
 from muslin.authoring.lint.sharing import check_release, check_stubs, check_what_students_get, given_away
 from muslin.authoring.lint.teaching import check_docstrings, check_handout, check_placeholders
@@ -45,9 +46,6 @@ def lint(name: str, thorough: bool = False) -> list[Finding]:
     MuslinError
         If there is no such assignment, or no solutions here.
     """
-    every = paths.assignments("solutions")
-    if every and name not in every:
-        raise MuslinError(f"There is no assignment {name!r} in solutions/.", f"There is: {', '.join(every)}.")
     source = paths.solution(name)
     try:
         subject = Subject(name, tasks.read_assignment(source), thorough)
@@ -74,9 +72,12 @@ CHECKS: dict[str, Callable[[Subject], Iterator[Finding]]] = {
     "placeholders": check_placeholders,
     "released folder": check_release,
     "what students get": check_what_students_get,
+    "what is known of tasks": check_names,
     "reference data": check_reference,
     "misconceptions": check_misconceptions,
     "stubs": check_stubs,
     "solution": check_solutions,
+    "judges": check_judges,
+    "laws": check_laws,
     "variants": check_variants,
 }

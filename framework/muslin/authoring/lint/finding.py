@@ -8,6 +8,7 @@ from pathlib import Path
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.tasks import Assignment
+from muslin.tasks.authored import AuthorError
 
 
 @dataclass(frozen=True)
@@ -41,6 +42,11 @@ class Subject:
 
 
 def of_error(where: Path | str, error: MuslinError) -> Finding:
-    """An error as a finding."""
+    """An error as a finding: at the place it names itself, or else there."""
     shown = paths.shown(where) if isinstance(where, Path) else where
-    return Finding(shown, error.message.rstrip("."), (error.hint or "fix it").rstrip("."))
+    if isinstance(error, AuthorError):
+        return Finding(error.where, error.what, error.do.rstrip("."))
+    what = error.message.rstrip(".")
+    if what.startswith(shown):  # its own place, perhaps closer
+        shown, _, what = what.partition(": ")
+    return Finding(shown, what, (error.hint or "fix it").rstrip("."))

@@ -67,8 +67,11 @@ def _hidden(held: dict[str, Path]) -> Iterator[Finding]:
 
 
 def check_what_students_get(subject: Subject) -> Iterator[Finding]:
-    """No answer and no hidden datum in what students get."""
-    return given_away(subject.name)
+    """No answer and no hidden datum in what students get, nor hidden data beside the solution."""
+    yield from given_away(subject.name)
+    for path in sorted(subject.source.rglob(reference_data.PROVENANCE)):
+        do = f"move {paths.shown(path.parent)} out of what is shared"
+        yield Finding(paths.shown(path.parent), "reference data beside the solution", do)
 
 
 def check_stubs(subject: Subject) -> Iterator[Finding]:

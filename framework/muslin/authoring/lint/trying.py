@@ -12,7 +12,7 @@ from types import ModuleType
 
 from muslin import tasks
 from muslin.authoring import reference_data
-from muslin.authoring.lint.finding import Finding, Subject
+from muslin.authoring.lint.finding import Finding, Subject, of_error
 from muslin.authoring.lint.teaching import suite_file
 from muslin.base import paths
 from muslin.base.errors import MuslinError
@@ -24,12 +24,15 @@ FEWEST_WRONG, FEWEST_RIGHT = 5, 2
 
 
 def check_reference(subject: Subject) -> Iterator[Finding]:
-    """The public reference data are whole, and in thorough mode also true."""
+    """The public reference data are whole, and what is drawn and true today; in thorough mode the run with them."""
     where = paths.shown(paths.reference(subject.name))
-    report = reference_data.verify(subject.name, regenerate=subject.thorough)
+    report = reference_data.verify(subject.name, simulation=subject.thorough)
+    do = f"run: muslin reference build {subject.name}, then: muslin reference mistakes {subject.name}"
     for problem in report.problems:
-        yield Finding(where, problem.rstrip("."), f"run: muslin reference build {subject.name}")
-    if not report.problems:
+        yield Finding(where, problem.rstrip("."), do)
+    for error in report.slips:
+        yield of_error(where, error)
+    if not report.problems and not report.slips:
         yield from _mistakes(subject)
 
 
@@ -90,7 +93,9 @@ def check_solutions(subject: Subject) -> Iterator[Finding]:
             continue  # no data: said above
         if not verdict.ok:
             what = f"the solution fails: {verdict.message.splitlines()[0]}"
-            yield Finding(subject.where(task.file, task.name), what.rstrip("."), "correct it, or the data")
+            yield Finding(
+                subject.where(task.file, task.name), what.rstrip("."), f"correct it, or truth_{task.name}"
+            )
 
 
 def check_variants(subject: Subject) -> Iterator[Finding]:
