@@ -59,7 +59,8 @@ def lint(
     thorough: Annotated[
         bool,
         typer.Option(
-            "--thorough", help="Also make the reference data again and try every variant of the suite."
+            "--thorough",
+            help="Also make the reference run again, hold the laws, try every variant of the suite.",
         ),
     ] = False,
 ) -> None:

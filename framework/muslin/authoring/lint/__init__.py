@@ -34,7 +34,7 @@ def lint(name: str, thorough: bool = False) -> list[Finding]:
     name : str
         The assignment.
     thorough : bool
-        Also make the reference data again and try every variant of the misconception suite.
+        Also make the reference run again, hold the laws, and try every variant of the misconception suite.
 
     Returns
     -------
