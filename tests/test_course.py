@@ -265,6 +265,26 @@ def test_a_task_nobody_knows_and_a_folder_that_is_not_there_are_said_in_words(co
     assert "nowhere" in told("lint", "toy", folder=tmp_path, code=1)
 
 
+def test_whose_assignment_is_meant_is_never_guessed_wrong(course, tmp_path, monkeypatch):
+    assert paths.usual() == "toy"
+    shutil.copytree(course / "solutions" / "toy", tmp_path / "solutions" / "toy")
+    shutil.copytree(course / "solutions" / "toy", tmp_path / "solutions" / "other")
+    monkeypatch.setenv(paths.COURSE, str(tmp_path))
+    said = told("new", "task", "flux", folder=tmp_path, code=1)
+    assert "Which assignment? There are 2 in" in said
+    assert "--assignment other|toy" in said
+    monkeypatch.delenv(paths.COURSE)
+    assert paths.usual() == "cloth"
+    said = " ".join(
+        told(
+            "check", "psi", "--functions", str(course / "assignments" / "toy"), folder=tmp_path, code=1
+        ).split()
+    )
+    assert "there is none of that name here" in said
+    said = " ".join(told("release", "toyy", folder=tmp_path, code=1).split())
+    assert "One of your own is found in the folder that MUSLIN_COURSE names." in said
+
+
 def test_lint_says_what_is_left_and_new_begins_another(course):
     said = told("lint", "toy", folder=course, code=1)
     assert "misconceptions" in said

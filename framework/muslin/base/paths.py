@@ -90,6 +90,25 @@ def assignments(part: str = "assignments") -> list[str]:
     return sorted({path.parent.name for home in homes for path in (home / part).glob("*/assignment.toml")})
 
 
+def usual() -> str:
+    """The assignment that is meant where none is named: cloth, or the only one of an instructor's own.
+
+    Raises
+    ------
+    MuslinError
+        If there are several of their own, or none yet.
+    """
+    if (own := course()) is None:
+        return "cloth"
+    names = sorted(path.parent.name for path in (own / "solutions").glob("*/assignment.toml"))
+    if len(names) != 1:
+        raise MuslinError(
+            f"Which assignment? There are {len(names)} in {shown(own)}.",
+            f"Name it: --assignment {'|'.join(names) or 'NAME'}.",
+        )
+    return names[0]
+
+
 def meshes() -> Path:
     """Folder of the meshes Muslin ships."""
     return root() / "data" / "meshes"
@@ -136,12 +155,18 @@ def solution(name: str) -> Path:
     folder = source(name)
     if not folder.is_dir():
         if written := assignments("solutions"):
-            raise MuslinError(f"There is no assignment {name!r} in solutions/.", choices(name, written))
+            raise unknown(name, written)
         raise MuslinError(
             f"There is no reference solution for {name!r} here: solutions stay in the repository.",
             "Run this from a checkout of Muslin.",
         )
     return folder
+
+
+def unknown(name: str, known: list[str]) -> MuslinError:
+    """What to say of an assignment that there is not: what there is, and how one's own is found."""
+    own = "" if os.environ.get(COURSE) else f" One of your own is found in the folder that {COURSE} names."
+    return MuslinError(f"There is no assignment {name!r}.", choices(name, known) + own)
 
 
 def misconceptions(assignment: str) -> Path:

@@ -35,7 +35,10 @@ def new_assignment(
 @new_app.command("task")
 def new_task(
     name: Annotated[str, typer.Argument(help="Name of the function.")],
-    assignment: Annotated[str, typer.Option(help="The assignment it belongs to.")] = "cloth",
+    assignment: Annotated[
+        str | None,
+        typer.Option(help="The assignment it belongs to. Default: cloth, or the only one of your own."),
+    ] = None,
     file: Annotated[str | None, typer.Option(help="The file it goes to. Default: one of its own.")] = None,
     section: Annotated[
         str | None, typer.Option(help="Its section of the handout. Default: a new one.")
@@ -44,6 +47,7 @@ def new_task(
     """Add a task to an assignment, release it and make its reference data."""
     from muslin.authoring import scaffold
 
+    assignment = assignment or paths.usual()
     _begun(assignment, scaffold.new_task(name, assignment, file, section))
 
 

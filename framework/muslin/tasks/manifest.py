@@ -202,7 +202,7 @@ def assignment(name: str = "cloth") -> Assignment:
         if (folder / MANIFEST).is_file():
             _require_in_step(folder, paths.source(name), paths.bare(name))
             return _of_student(folder, name) if OF in name else read_assignment(folder)
-    raise MuslinError(f"There is no assignment {name!r}.", choices(name, paths.assignments()))
+    raise paths.unknown(name, paths.assignments())
 
 
 def _require_in_step(released: Path, source: Path, name: str) -> None:
