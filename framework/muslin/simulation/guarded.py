@@ -127,10 +127,10 @@ def step(model: Model, state: State, dt: float, whole: bool = False) -> State:
         touching and not whole and touching.pairs.velocities.any()
     ):  # colliders do work: what they really push with
         unbalanced = _unbalanced(IncrementalPotential(model, state, dt, touching), v)
-    following = _landed(model, state, dt, touching, v, lifted, None, unbalanced)
+    following = ended(model, state, dt, touching, v, lifted, None, unbalanced)
     if not np.isfinite(following.x).all():  # somebody's function: there is nothing to guard any more
         return following
-    if _excess(model, state, before, following) > 0:
+    if excess(model, state, before, following) > 0:
         following = _better(model, state, dt, touching, v, lifted, before)
     model.here = following
     return following
@@ -154,8 +154,8 @@ def _better(
         if touching:
             presses = touching.pressing(v)
             unbalanced = _unbalanced(problem, v)
-        found.append(_landed(model, state, dt, touching, v.reshape(-1, 3), lifted, presses, unbalanced))
-        return _excess(model, state, before, found[-1]) <= 0
+        found.append(ended(model, state, dt, touching, v.reshape(-1, 3), lifted, presses, unbalanced))
+        return excess(model, state, before, found[-1]) <= 0
 
     def enough(v: np.ndarray) -> bool:
         if landed(v) or len(found) >= ITERATIONS:
@@ -219,7 +219,7 @@ def moved(model: Model, x: np.ndarray, way: np.ndarray) -> np.ndarray:
     return x
 
 
-def _landed(
+def ended(
     model: Model,
     state: State,
     dt: float,
@@ -279,7 +279,7 @@ def _free(model: Model, x: np.ndarray, goal: np.ndarray, at_x: np.ndarray, at_go
     return at_goal if share == 1 else at_x + share * (at_goal - at_x)
 
 
-def _excess(model: Model, state: State, before: float, following: State) -> float:
+def excess(model: Model, state: State, before: float, following: State) -> float:
     """By how much a step has added more to the energy than was put in, and than is allowed [J]."""
     after, kinetic = model.energy(following), model.body.kinetic_energy(following.v)
     return after - before - (following.work - state.work) - ALLOWED * kinetic

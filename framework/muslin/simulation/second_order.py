@@ -10,7 +10,8 @@ them. With B(q, v; h) the velocity w for which M (w - v) = h f(q + h w):
 - symplectic Euler: v+ = v + dt M^-1 f(q), q+ = q + dt v+. Stable for dt < 2 / omega only, omega being the fastest
   oscillation's: for cloth, thousands of steps a second.
 
-Contacts are those of the filter: detected at q; both the velocity and the way are filtered.
+Contacts of the filter are detected at q; both the velocity and the way are filtered. Those that are solved for are the
+matter of `muslin.simulation.arriving`.
 """
 
 from __future__ import annotations
@@ -19,7 +20,7 @@ import numpy as np
 
 from muslin.base.errors import MuslinError
 from muslin.physics.colliders import respond
-from muslin.simulation import newton
+from muslin.simulation import arriving, newton
 from muslin.simulation.model import Model, State
 
 #: Share of the model's tolerance: what is kept is kept only as well as the system is solved.
@@ -34,6 +35,8 @@ def implicit_midpoint(model: Model, state: State, dt: float) -> State:
     SimulationError
         If Newton does not converge.
     """
+    if _solves(model, state):
+        return arriving.step(model, state, dt, lambda: arriving.midpoint(model, state, dt))
     mean = _backward(model, state, dt / 2, _carried(model, state, dt))
     return _finish(model, state, 2 * mean - state.v, mean, dt)
 
@@ -50,8 +53,11 @@ def bdf2(model: Model, state: State, dt: float) -> State:
         return implicit_midpoint(model, state, dt)
     before, part = state.before, 2 * dt / 3
     x, v = (4 * state.x - before.x) / 3, (4 * state.v - before.v) / 3
+    ahead = State(x, v, state.time + dt - part)
+    if _solves(model, state):
+        return arriving.step(model, state, dt, lambda: arriving.bdf2(model, state, ahead, part), smooth=True)
     held = (state.x + dt * _carried(model, state, dt) - x) / part
-    v = _backward(model, State(x, v, state.time + dt - part), part, held)
+    v = _backward(model, ahead, part, held)
     return _finish(model, state, v, (x + part * v - state.x) / dt, dt)
 
 
@@ -79,7 +85,6 @@ def _backward(model: Model, state: State, dt: float, held: np.ndarray) -> np.nda
     """B(state; dt), (n, 3), where the pinned vertices move as they are `held`."""
     from muslin.simulation.incremental import IncrementalPotential
 
-    _require_filter(model, state)
     step, pinned = IncrementalPotential(model, state, dt), model.system.pinned
     start = np.where(pinned[:, None], held, state.v).ravel()
     v = newton.minimise(step, start, CLOSER * model.tolerance)
@@ -105,9 +110,14 @@ def _finish(model: Model, state: State, v: np.ndarray, mean: np.ndarray, dt: flo
     return State(state.x + dt * mean, v, state.time + dt, contacts, before=before)
 
 
+def _solves(model: Model, state: State) -> bool:
+    """Whether contacts are part of the system."""
+    return model.contact == "solve" and bool(model.colliders_at(state.time))
+
+
 def _require_filter(model: Model, state: State) -> None:
-    if model.contact != "filter" and model.colliders_at(state.time):
+    if _solves(model, state):
         raise MuslinError(
-            f"contact = {model.contact!r} goes with linearly implicit and backward Euler only.",
+            "contact = 'solve' goes with implicit integrators only: a step of symplectic Euler solves no system.",
             "Set contact=filter, or another integrator.",
         )

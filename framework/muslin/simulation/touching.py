@@ -118,6 +118,11 @@ class Touching:
             )
         self.rubs = bool(self.grip.any())
 
+    def reach_out(self) -> None:
+        """Let what is inside end outside, too: where a step begins that is not where things are."""
+        self.least = self.least - np.where(self.inside, self.pairs.gaps, 0.0) / self.dt
+        self.inside = np.zeros(len(self.pairs), bool)
+
     def slides(self, v: np.ndarray) -> np.ndarray:
         """How fast points slide at velocities (3n,), (c,) [m/s]."""
         return np.asarray(np.linalg.norm(self._along(v)[2], axis=1))

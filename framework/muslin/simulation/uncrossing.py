@@ -67,7 +67,7 @@ def uncrossed(model: Model, state: State, following: State, dt: float, before: f
     apart = _Apart(model, state, following, dt, way)
     reached = following.x if unheld else apart.reached()
     v = following.v + (reached - following.x) / dt
-    after = dataclasses.replace(following, x=reached, v=v)
+    after = dataclasses.replace(following, x=reached, v=v, before=None)
     if model.contact == "solve":
         after = _guarded(model, state, after, before)
     return apart.lifted(after)
