@@ -4,10 +4,11 @@
 
 A scene as `muslin demo` has it (contact in the system, friction, bending), adaptive with several budgets and uniform
 with several sizes, against a uniform cloth as fine as is feasible, three levels finer than the one adaptive cloth
-begins with. A second cloth as fine, one vertex more along each side, says how well the truth is known: what is as near
-cannot be told from it. Each run has its own process and one thread, and its time is the processor's, without what is
-compiled. The errors, at the end of the run: the mean distance of the two surfaces (both ways), the part of the two
-outlines that is not common, and elastic and bending energy as a share of the truth's.
+begins with. Two more cloths as fine say how well the truth is known: one with a vertex more along each side, and an
+unstructured one, a second truth of another family. What is as near as they are cannot be told from it. Each run has
+its own process and one thread, and its time is the processor's, without what is compiled. The errors, at the end of
+the run: the mean distance of the two surfaces (both ways), the part of the two outlines that is not common, and elastic
+and bending energy as a share of the truth's.
 """
 
 from __future__ import annotations
@@ -34,18 +35,21 @@ ADAPTIVE = {"adaptive": "on"}
 BUDGETS = (1000, 2000, 4000)
 
 
-def cloth(scene: str, size: int) -> dict[str, Any]:
-    """What makes a scene's cloth one of about so many vertices along a side."""
-    if scene == "drape":
-        return {"resolution": size}
+def cloth(scene: str, size: int, family: str) -> dict[str, Any]:
+    """What makes a scene's cloth one of about so many vertices along a side: a grid, or unstructured."""
     import muslin
-    from muslin.mesh import grid
+    from muslin.mesh import grid, unstructured
+
+    free = (2 / 3**0.5) ** 0.5  # spacing of equilateral triangles, one vertex in a square of side 1
+    if scene == "drape":
+        return {"resolution": size} if family == "grid" else {"mesh": unstructured(1.0, 1.0, free / size)}
     from muslin.simulation import scenes
 
     X = scenes.get("cape").load_mesh().vertices  # a sector of a ring
     radius, angle = np.hypot(X[:, 0], X[:, 1]), np.arctan2(X[:, 1], X[:, 0])
     long = np.ptp(radius) / ((radius.max() + radius.min()) / 2 * np.ptp(angle))
-    flat = grid(max(2, round(size * long**0.5)), round(size / long**0.5), diagonals="zigzag")
+    nx, ny = max(2, round(size * long**0.5)), round(size / long**0.5)
+    flat = grid(nx, ny, diagonals="zigzag") if family == "grid" else unstructured(nx - 1.0, ny - 1.0, free)
     s, t = ((side - side.min()) / np.ptp(side) for side in flat.vertices[:, :2].T)
     r, phi = radius.min() + s * np.ptp(radius), angle.min() + t * np.ptp(angle)
     return {
@@ -67,7 +71,7 @@ def worker(scene: str, size: int, asked: dict[str, Any], file: str) -> None:
         return out
 
     Adapter.adapt = timed  # type: ignore[method-assign]
-    asked = SCENES[scene][0] | cloth(scene, size) | asked
+    asked = SCENES[scene][0] | cloth(scene, size, asked.pop("family", "grid")) | asked
     at_once = {"start_at": "0.003,0.302,0.005"} if scene == "drape" else {}
     muslin.simulate(scene, **(asked | at_once | {"steps": 8}))  # compiles
     spent[0], began = 0.0, time.process_time()
@@ -140,6 +144,9 @@ def compared(scene: str, count: int, folder: Path, pictures: Path | None) -> Non
     steps, (_, sizes, begun, levels, _) = {"steps": count}, SCENES[scene]
     finest = 5 * begun  # three levels: the square root of 27
     truth = measured(scene, finest, steps, folder / f"{scene}-truth.npz")
+    second = measured(scene, finest, steps | {"family": "unstructured"}, folder / f"{scene}-second.npz")
+    view = scenes.get(scene).view
+    apart = errors(second, truth, view)
     runs = [("truth, one more", finest + 1, {})]
     runs += [(f"uniform {size}", size, {}) for size in sizes]
     runs += [
@@ -148,16 +155,23 @@ def compared(scene: str, count: int, folder: Path, pictures: Path | None) -> Non
     print(f"{scene}, {count} steps, truth: {truth['vertices']} vertices, {truth['time']:.1f} s, ", end="")
     print(f"elastic {truth['elastic']:.4f} J, bending {truth['bending']:.5f} J", flush=True)
     print(
-        f"{'':16s} vertices  time [s]  adapting [%]  distance [mm]  outline [%]  elastic  bending [of the truth's]"
+        f"second truth: {second['vertices']} vertices, {second['time']:.1f} s, {1000 * apart['distance']:.2f} mm "
+        f"from it, outline {100 * apart['outline']:.1f} %, elastic {second['elastic'] / truth['elastic']:.2f}, "
+        f"bending {second['bending'] / truth['bending']:.2f} of its",
+        flush=True,
+    )
+    print(
+        f"{'':16s} vertices  time [s]  adapting [%]  distance [mm]  from the second  outline [%]  elastic  bending"
     )
     curves: dict[str, list[tuple[float, float]]] = {}
     for name, size, values in runs:
         file = folder / f"{scene}-{name.replace(', ', '-').replace(' ', '-')}.npz"
         found = measured(scene, size, values | steps, file)
-        off = errors(found, truth, scenes.get(scene).view)
+        off, too = errors(found, truth, view), errors(found, second, view)
         print(
             f"{name:16s} {found['vertices']:8d} {found['time']:9.2f} "
             f"{100 * found['adapting'] / (found['time'] - found['adapting']):13.1f} {1000 * off['distance']:14.2f} "
+            f"{1000 * too['distance']:16.2f} "
             f"{100 * off['outline']:12.1f} {found['elastic'] / truth['elastic']:8.2f} "
             f"{found['bending'] / truth['bending']:8.2f}",
             flush=True,

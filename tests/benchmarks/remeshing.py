@@ -32,8 +32,10 @@ def spent(work: Callable[[], Any]) -> float:
 
 #: Parts of making a model: what computes them, in which modules it is called by that name.
 PARTS = {
-    "hinges: geometry, and their equations": ("muslin.physics.bending:Hinges.of", "muslin.physics.bending:weights"),
-    "hinges: the fit of their weights": ("muslin.physics.hinge_weights:quickly",),
+    "hinges: geometry, and their equations": (
+        "muslin.physics.bending:Hinges.of", "muslin.physics.hinge_weights:_equations",
+    ),
+    "hinges: the fit of their weights": ("muslin.physics.bending:weights",),
     "hinges: elements, and their place in the matrix": (
         "muslin.physics.elements.bending:Bending.__init__", "muslin.physics.elements.bending:Bending.factors",
     ),

@@ -127,7 +127,7 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
     if threads is None and _started.get("process") == os.getpid() and inside.has("the running program"):
         program = inside.program()
         if program is not None and program is _started["program"]:
-            return engine.load()
+            return _started["engine"]
     ti, title = engine.load(), engine.chosen().title
     with _lock:
         program = inside.program() if inside.has("the running program") else _started.get("program")
@@ -169,7 +169,7 @@ def start(threads: int | None = None, debug: bool = False) -> ModuleType:
         inside.tell_plainly()
         loops.nest()
         program = inside.program() if inside.has("the running program") else object()
-        _started.update(threads=threads, program=program, process=os.getpid())
+        _started.update(engine=ti, threads=threads, program=program, process=os.getpid())
     return ti
 
 

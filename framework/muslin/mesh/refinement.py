@@ -100,7 +100,7 @@ class Refinement:
     def all_of(self, values: np.ndarray) -> np.ndarray:
         """Truth values (k,) of the first k vertices, and of the others whether all their parents' are true, (n,)."""
         out = np.concatenate([values, np.zeros(self.vertices - len(values), dtype=bool)])
-        for of_one_age in self._ages(len(values)):
+        for of_one_age in self._ages(len(values)) if values.any() else ():
             out[of_one_age] = out[self.parents[of_one_age]].all(axis=1)
         return out
 

@@ -155,7 +155,7 @@ def area_and_normal(vertices: np.ndarray, triangles: np.ndarray) -> tuple[np.nda
         (x1 - x0) x (x2 - x0), normalised; zero where the triangle has collapsed.
     """
     x = np.ascontiguousarray(np.asarray(vertices, dtype=np.float64).T)
-    x0, x1, x2 = (x[:, corner] for corner in np.asarray(triangles).T)
+    x0, x1, x2 = (x.take(corner, axis=1) for corner in np.ascontiguousarray(np.asarray(triangles).T))
     a, b = x1 - x0, x2 - x0
     n = np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
     length = np.sqrt(n[0] ** 2 + n[1] ** 2 + n[2] ** 2)

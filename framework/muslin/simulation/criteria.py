@@ -42,7 +42,7 @@ def indicator(
     stretch : float
         Largest difference of their principal stretches; 0: any.
     """
-    corners = mesh.triangles.T
+    corners = np.ascontiguousarray(mesh.triangles.T)
     here, there = np.ascontiguousarray(x.T), np.ascontiguousarray(rest.T)
     one, two = _edges(here, corners)
     normal, area = _normal(one, two)
@@ -60,15 +60,15 @@ def indicator(
         jump = np.zeros(len(area))
         for other in _neighbours(mesh):
             for s in (larger, smaller):
-                np.maximum(jump, np.abs(s - s[other]), out=jump)
+                np.maximum(jump, np.abs(s - s.take(other)), out=jump)
         found = np.maximum(found, jump / stretch)
     return found
 
 
 def _edges(x: np.ndarray, corners: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """From each triangle's first corner to the others, (3, m) both; positions and corners come by columns too."""
-    first = x[:, corners[0]]
-    return x[:, corners[1]] - first, x[:, corners[2]] - first
+    first = x.take(corners[0], axis=1)
+    return x.take(corners[1], axis=1) - first, x.take(corners[2], axis=1) - first
 
 
 def _normal(p: np.ndarray, q: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -106,7 +106,7 @@ def _chords(mesh: Refinement, normal: np.ndarray) -> np.ndarray:
     """Squared distances of each triangle's normal (3, m) to its neighbours', (3, m)."""
     out = np.empty(normal.shape)
     for k, other in enumerate(_neighbours(mesh)):
-        between = normal - normal[:, other]
+        between = normal - normal.take(other, axis=1)
         out[k] = _dot(between, between)
     return out
 

@@ -152,7 +152,8 @@ class Model:
             self._detect = Detection(functions.sphere_contact, n)
         if functions := body.roles.calling(NEEDS["response"]):
             self.filter = Response(functions.filter_velocity, n)
-        a, b, c = (np.ascontiguousarray(body.X.T)[:, corner] for corner in body.surface.T)
+        x = np.ascontiguousarray(body.X.T)
+        a, b, c = (x.take(corner, axis=1) for corner in np.ascontiguousarray(body.surface.T))
         squares = [((x - y) ** 2).sum(axis=0) for x, y in ((a, c), (b, a), (c, b))]
         self._longest = np.sqrt(np.maximum.reduce(squares))
         #: of each vertex [kg]

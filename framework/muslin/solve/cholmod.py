@@ -18,7 +18,6 @@ import ctypes
 import functools
 import glob
 import importlib.util
-import os
 import weakref
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -27,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.solve import beside, kernels
+from muslin.solve import kernels
 
 #: Where CHOLMOD 3.0 keeps its settings in `cholmod_common`, and what they are to begin with: 4-byte words.
 _DEFAULTS = {2: 858993459, 6: 5, 8: 8, 12: 1, 13: 1, 14: 1, 16: 1, 17: 1, 26: 4, 28: 16, 30: 48, 36: 3, 42: 0}
@@ -68,7 +67,7 @@ class _Factor(ctypes.Structure):
     ]
 
 
-_SYSTEM_A, _SYSTEM_L, _SYSTEM_LT = 0, 4, 5
+SYSTEM_A, SYSTEM_L, SYSTEM_LT = 0, 4, 5
 
 
 @functools.cache
@@ -116,6 +115,12 @@ def _common(library: Any) -> Any:
 def available() -> bool:
     """Whether `Domain` can be used: Linux, with the CHOLMOD that cvxopt's wheels carry."""
     return _library() is not None
+
+
+def blas() -> dict[str, Any]:
+    """Routines of the library's BLAS, by name."""
+    found: dict[str, Any] = _library().blas
+    return found
 
 
 def fast() -> contextlib.AbstractContextManager[None]:
@@ -193,14 +198,17 @@ class Domain:
             raise MemoryError("CHOLMOD cannot analyse the matrix")
         if blocks is not None:
             _write_out(self._library, self._common, self._L.contents)
-        L = self._L.contents
-        self.order = np.ctypeslib.as_array((ctypes.c_int32 * n).from_address(L.Perm)).copy()
         self.flops = float(np.frombuffer(self._common, dtype=np.float64)[_METHOD_FLOPS])
         self._b = np.zeros(n)
         self._B = _Dense(n, 1, n, n, self._b.ctypes.data, None, 1, 0)
         self._dense = tuple(ctypes.c_void_p() for _ in range(3))  # X, Y and E of cholmod_solve2
         self._x: np.ndarray | None = None
         weakref.finalize(self, _free, self._library, self._common, self._L, self._dense)
+
+    @property
+    def order(self) -> np.ndarray:
+        """In which the unknowns are eliminated."""
+        return _read(self._L.contents.Perm, self.n)
 
     def factorise(self) -> None:
         """Factorise the matrix with the numbers that are in `data` now.
@@ -214,7 +222,7 @@ class Domain:
         if not done or self._L.contents.minor < self.n:
             raise NotDefinite("not positive definite")
 
-    def solve(self, b: np.ndarray, system: int = _SYSTEM_A) -> np.ndarray:
+    def solve(self, b: np.ndarray, system: int = SYSTEM_A) -> np.ndarray:
         """Solve A y = b, L y = b or L^T y = b; what is returned is written over by the next call."""
         self._b[:] = b
         X, Y, E = (ctypes.byref(dense) for dense in self._dense)
@@ -229,12 +237,8 @@ class Domain:
     def corner(self, size: int) -> list[_Panel]:
         """Where the last `size` columns of L are, supernode by supernode."""
         L = self._L.contents
-
-        def read(address: int, count: int) -> np.ndarray:
-            return np.ctypeslib.as_array((ctypes.c_int32 * count).from_address(address))
-
-        first, rows_at, x_at = (read(getattr(L, name), L.nsuper + 1) for name in ("super", "pi", "px"))
-        rows = read(L.s, L.ssize)
+        first, rows_at, x_at = (_read(getattr(L, name), L.nsuper + 1) for name in ("super", "pi", "px"))
+        rows = _read(L.s, L.ssize)
         begin, found = self.n - size, []
         for k in range(int(np.searchsorted(first, begin, side="right")) - 1, L.nsuper):
             here = rows[rows_at[k] : rows_at[k + 1]]
@@ -278,12 +282,17 @@ class _Panel:
 _METHOD_FLOPS = 24
 
 
+def _read(address: int, count: int) -> np.ndarray:
+    """A copy of the library's whole numbers."""
+    return np.frombuffer(ctypes.string_at(address, 4 * count), dtype=np.int32)
+
+
 def _write_out(library: Any, common: Any, L: _Factor) -> None:
     """Make of what was found of a matrix of 3x3 blocks what would be found of its entries."""
 
     def exchange(name: str, count: int, change: Callable[[np.ndarray], np.ndarray]) -> None:
         before = getattr(L, name)
-        after = change(np.ctypeslib.as_array((ctypes.c_int32 * count).from_address(before)))
+        after = change(_read(before, count))
         address = library.cholmod_malloc(len(after), 4, common)
         if not address:
             raise MemoryError("CHOLMOD cannot analyse the matrix")
@@ -309,119 +318,3 @@ def _free(library: Any, common: Any, factor: Any, dense: tuple[ctypes.c_void_p, 
         library.cholmod_free_dense(ctypes.byref(pointer), common)
     library.cholmod_free_factor(ctypes.byref(ctypes.cast(factor, ctypes.c_void_p)), common)
     library.cholmod_finish(common)
-
-
-class Halves:
-    """A matrix factorised in two halves at once, and the separator between them.
-
-    Parameters
-    ----------
-    domains : pair of Domain
-        Each half with the separator last, in the same order in both.
-    size : int
-        Unknowns of the separator.
-    corner : (3, ...) arrays: positions in the first domain's `data` of C, rows, columns
-    parallel : bool
-        Use two threads. The result is the same.
-    """
-
-    def __init__(self, domains: list[Domain], size: int, corner: tuple[np.ndarray, ...], parallel: bool):
-        self.domains, self.size = domains, size
-        self._at, self._row, self._col = corner
-        self._corners = [domain.corner(size) for domain in domains]
-        self._dense = [np.zeros((size, size)) for _ in domains]
-        self._factors: tuple[list[Any], np.ndarray] = ([], np.zeros(0))
-        self.parallel = parallel
-
-    def factorise_and_solve(self, b: tuple[np.ndarray, np.ndarray], s: np.ndarray) -> list[np.ndarray]:
-        """Factorise, and `solve`."""
-        k = self.size
-        parts: list[list[Any]] = [[None, None] for _ in range(3)]
-        U, complement, y = parts
-
-        def down(i: int) -> None:
-            domain = self.domains[i]
-            domain.factorise()
-            y[i] = domain.solve(np.concatenate([b[i], np.zeros(k)]), _SYSTEM_L)
-            numbers = domain.numbers
-            for panel in self._corners[i]:
-                panel.copy(numbers, self._dense[i])
-            U[i] = self._dense[i].T
-            complement[i] = U[i].copy(order="F")
-            _blas("dlauum", b"U", k, complement[i], k, ctypes.c_int(0))
-
-        self._both(down)
-        # mirrored: unknown j of the separator is k - 1 - j
-        S = complement[0]
-        S += complement[1]
-        data = self.domains[0]._kept[2]
-        S[k - 1 - self._col, k - 1 - self._row] -= data[self._at]
-        info = ctypes.c_int(0)
-        _blas("dpotrf", b"U", k, S, k, info)
-        if info.value:
-            raise NotDefinite("not positive definite")
-        self._factors = U, S
-        return self._up(y, s)
-
-    def solve(self, b: tuple[np.ndarray, np.ndarray], s: np.ndarray) -> list[np.ndarray]:
-        """Solve for [one half, other half, separator] with the factors that there are.
-
-        b, s: the right-hand sides of the halves' own unknowns, and of the separator.
-        """
-        y: list[Any] = [None, None]
-
-        def down(i: int) -> None:
-            y[i] = self.domains[i].solve(np.concatenate([b[i], np.zeros(self.size)]), _SYSTEM_L)
-
-        self._both(down)
-        return self._up(y, s)
-
-    def _up(self, y: list[Any], s: np.ndarray) -> list[np.ndarray]:
-        k, (U, S), info = self.size, self._factors, ctypes.c_int(0)
-        middle = s[::-1].copy()
-        for i in (0, 1):
-            middle += _times(U[i], y[i][: -k - 1 : -1], b"N")
-        _blas("dpotrs", b"U", k, 1, S, k, middle, k, info)
-
-        def up(i: int) -> None:
-            right = y[i].copy()
-            right[-k:] = _times(U[i], middle, b"T")[::-1]
-            y[i] = self.domains[i].solve(right, _SYSTEM_LT)
-
-        self._both(up)
-        return [y[0][:-k], y[1][:-k], middle[::-1]]
-
-    def _both(self, task: Callable[[int], None]) -> None:
-        helper = beside.helper(os.getpid()) if self.parallel else None
-        if helper is None or not helper.free.acquire(blocking=False):
-            task(0)
-            task(1)
-            return
-        try:
-            helper.start(lambda: task(1))
-            try:
-                task(0)
-            finally:
-                helper.wait()
-        finally:
-            helper.free.release()
-
-
-def _blas(name: str, *arguments: Any) -> None:
-    """Call a Fortran routine: texts, whole numbers, arrays and results by reference."""
-    passed: list[Any] = []
-    for argument in arguments:
-        if isinstance(argument, np.ndarray):
-            passed.append(ctypes.c_void_p(argument.ctypes.data))
-        elif isinstance(argument, int):
-            passed.append(ctypes.byref(ctypes.c_int(argument)))
-        else:
-            passed.append(argument if isinstance(argument, bytes) else ctypes.byref(argument))
-    _library().blas[name](*passed)
-
-
-def _times(U: np.ndarray, vector: np.ndarray, transposed: bytes) -> np.ndarray:
-    """U or U^T times a vector, U upper triangular."""
-    out = vector.copy()
-    _blas("dtrmv", b"U", transposed, b"N", len(out), U, len(out), out, 1)
-    return out

@@ -13,7 +13,7 @@ import scipy.sparse as sp
 
 from muslin.base import runtime
 from muslin.physics.elements.layout import Layout, permuted
-from muslin.solve import cholmod, ordering
+from muslin.solve import cholmod, halves, ordering
 from muslin.solve.superlu import Indefinite, pivoted
 
 
@@ -25,11 +25,12 @@ class _Triangle:
 
     def __init__(self, graph: sp.csr_matrix, order: np.ndarray, by_blocks: bool = False):
         row, col, ptr = permuted(graph, order, upper=True)  # row by row above it is column by column below it
-        inner = Layout.csr(row, col, len(order))
+        inner = Layout.csr(row, col, len(order), ptr)
         self.order = order
         self.blocks = (ptr, col) if by_blocks else None
         self.indptr, self.indices = inner.scalar(len(order))
-        self.layout = Layout(order[inner.row], order[inner.col], inner.start, inner.stride, inner.size)
+        numbers = order.astype(np.int32)
+        self.layout = Layout(numbers.take(row), numbers.take(col), inner.start, inner.stride, inner.size)
 
     def domain(self, data: np.ndarray) -> cholmod.Domain:
         """What factorises it."""
@@ -193,7 +194,7 @@ class _InHalves:
         row = np.repeat(np.arange(3 * size), np.diff(first.indptr[begin:]))
         corner = at, row, first.indices[at] - begin
         parallel = runtime.threads() > 1
-        self._halves = cholmod.Halves(domains, 3 * size, corner, parallel)
+        self._halves = halves.Halves(domains, 3 * size, corner, parallel)
 
     def __call__(self, b: np.ndarray) -> np.ndarray:
         return self._solved(b, self._halves.factorise_and_solve)

@@ -30,8 +30,8 @@ def pseudo_points(graph: sp.csr_matrix) -> np.ndarray:
 
 def cut(graph: sp.csr_matrix, points: np.ndarray, vertices: np.ndarray) -> tuple[np.ndarray, ...]:
     """Cut a set of vertices in two across its longest extent: (one side, other side, separator)."""
-    at = points[vertices]
-    along = at[:, np.argmax(np.ptp(at, axis=0))]
+    at = np.ascontiguousarray(points.take(vertices, axis=0).T)
+    along = at[np.argmax(np.ptp(at, axis=1))]
     half = len(along) // 2
     side = np.zeros(graph.shape[0], dtype=np.int8)
     middle = np.partition(along, half)[half]
@@ -40,7 +40,7 @@ def cut(graph: sp.csr_matrix, points: np.ndarray, vertices: np.ndarray) -> tuple
         low[np.argsort(along, kind="stable")[:half]] = True
     side[vertices], side[vertices[low]] = 1, 2
     touched = graph.indices[np.repeat(side == 2, np.diff(graph.indptr))]
-    side[touched[side[touched] == 1]] = 3
+    side[touched[side.take(touched) == 1]] = 3
     return vertices[low], vertices[side[vertices] == 1], vertices[side[vertices] == 3]
 
 

@@ -19,6 +19,7 @@ from muslin.base.launch import Launch, is_small, once
 from muslin.physics.bending import Hinges
 from muslin.physics.elements.bending_kernels import constant, quadratic, shells
 from muslin.physics.elements.element import Element
+from muslin.physics.elements.layout import grouped
 from muslin.physics.elements.pattern import Gather, Pattern
 
 
@@ -99,12 +100,14 @@ class Bending:
         self._outside: sp.csr_matrix | None = None
         if self.widened is None:
             assert self.element.factors is not None
-            n, (two, three) = len(X), hinges.cells[:, 2:].T
+            n, (two, three) = len(X), np.ascontiguousarray(hinges.cells[:, 2:].T)
             c, weight = self.element.factors
             pull = weight * c[:, 2] * c[:, 3]
             rows, columns = np.concatenate([two, three, two, three]), np.concatenate([two, three, three, two])
             entries = np.concatenate([pull, pull, -pull, -pull])
-            self._outside = sp.csr_matrix((entries, (rows, columns)), shape=(n, n))
+            order, ptr = grouped(rows, n)
+            self._outside = sp.csr_matrix((entries.take(order), columns.take(order), ptr), shape=(n, n))
+            self._outside.sum_duplicates()
 
     def energy(self) -> float:
         """[J], at the positions taken."""
@@ -135,7 +138,7 @@ class Bending:
             where = pattern.find(cells[:, one].ravel(), cells[:, two].ravel())
             found += np.bincount(where, between[:, one, two].ravel(), len(found))
             own += np.bincount(cells.ravel(), corners.ravel(), len(own))
-        found += found[pattern.mirrored]
+        found += found.take(pattern.mirrored)
         found[layout.row == layout.col] = own
         return found
 

@@ -34,13 +34,15 @@ class Layout:
     size: int
 
     @classmethod
-    def csr(cls, row: np.ndarray, col: np.ndarray, n: int) -> Layout:
-        """Blocks, sorted by row and column, in the order of a scalar CSR matrix with 3 n rows."""
-        ptr = pointers(row, n).astype(np.int64)
-        degree = np.diff(ptr)[row]
-        slot = np.arange(len(row)) - ptr[row]
-        start, stride = 9 * ptr[row] + 3 * slot, 3 * degree
-        return cls(row, col, start.astype(np.int32), stride.astype(np.int32), 9 * len(row))
+    def csr(cls, row: np.ndarray, col: np.ndarray, n: int, ptr: np.ndarray | None = None) -> Layout:
+        """Blocks, sorted by row and column, in the order of a scalar CSR matrix with 3 n rows.
+
+        `ptr`: where each row begins, if that is known.
+        """
+        ptr = pointers(row, n) if ptr is None else ptr
+        stride = (3 * np.diff(ptr)).take(row)
+        start = 6 * ptr.take(row) + 3 * np.arange(len(row), dtype=np.int32)  # 9 ptr + 3 (number - ptr)
+        return cls(row, col, start, stride, 9 * len(row))
 
     @classmethod
     def of(cls, graph: sp.csr_matrix) -> Layout:
@@ -67,6 +69,10 @@ def grouped(labels: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
     In linear time: a tenth of a sort's.
     """
+    if runtime.on_cpu():
+        order, ptr = np.empty(len(labels), dtype=np.int32), np.zeros(count + 1, dtype=np.int32)
+        _run("grouped", whole(labels), np.empty(count, dtype=np.int32), order, ptr)
+        return order, ptr
     zeros, numbers = np.zeros(len(labels), np.int32), np.arange(len(labels), dtype=np.int32)
     matrix = sp.coo_matrix((numbers, (labels, zeros)), shape=(count, 1))
     matrix.has_canonical_format = True  # nothing is to be added up
@@ -159,7 +165,7 @@ def permuted(
 def chosen(ptr: np.ndarray, numbers: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Some rows of numbers (row k: from ptr[k] on), one behind the other: where each begins, and the numbers."""
     begin = np.zeros(len(which) + 1, dtype=np.int32)
-    np.cumsum(np.diff(ptr)[which], out=begin[1:])
+    np.cumsum(np.diff(ptr).take(which), out=begin[1:])
     if not runtime.on_cpu():
         position = np.arange(begin[-1]) + np.repeat(ptr[which] - begin[:-1], np.diff(begin))
         return begin, np.ascontiguousarray(numbers[position])

@@ -9,6 +9,28 @@ from muslin.base.engine import ti
 
 
 @ti.kernel
+def grouped(labels: integers, place: integers, order: integers, ptr: integers):
+    """Numbers of labels, by their labels, and where those of each begin."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        count, k = place.shape[0], 0
+        while k < labels.shape[0]:
+            ptr[labels[k] + 1] = ptr[labels[k] + 1] + 1
+            k += 1
+        k = 0
+        while k < count:
+            place[k] = ptr[k]
+            ptr[k + 1] = ptr[k + 1] + ptr[k]
+            k += 1
+        k = 0
+        while k < labels.shape[0]:
+            at = place[labels[k]]
+            order[at] = k
+            place[labels[k]] = at + 1
+            k += 1
+
+
+@ti.kernel
 def pairs(
     k: int, cells: integers, ptr: integers, rows: integers, place: integers, number: integers, others: integers,
     row: integers, col: integers, begin: integers, count: integers,

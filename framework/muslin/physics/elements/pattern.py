@@ -90,8 +90,8 @@ class Pattern(Gather):
         else:
             keys = np.unique(np.concatenate([_pairs(cells, n), _pairs(widened, n)]))
             row, col = whole(keys // n), whole(keys % n)
-        self.layout = Layout.csr(row, col, n)
         self.ptr = pointers(row, n)
+        self.layout = Layout.csr(row, col, n, self.ptr)
         if widened is not None:
             self.block_rows, self.block_ptr = self.gathering(cells)
         self.held = np.diff(self.block_ptr) > 0
@@ -126,13 +126,15 @@ class Pattern(Gather):
     def blocks(self, factor: np.ndarray) -> np.ndarray:
         """Sum numbers (k k m,), one per pair of a cell's corners, into one for each block."""
         sums = np.zeros(len(self.held), dtype=factor.dtype)
-        sums[self.held] = np.add.reduceat(factor[self.block_rows], self.block_ptr[:-1][self.held])
+        sums[self.held] = np.add.reduceat(factor.take(self.block_rows), self.block_ptr[:-1][self.held])
         return sums
 
     def neighbours(self, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Vertices that have mass in common: where each one's begin, which they are, and how much it is."""
+        if self.held.all():
+            return self.ptr, self.layout.col, mass
         row, col = self.layout.row[self.held], self.layout.col[self.held]
-        return pointers(row, self.n), col, np.ascontiguousarray(mass[self.held])
+        return pointers(row, self.n), col, mass[self.held]
 
     def find(self, row: np.ndarray, col: np.ndarray) -> np.ndarray:
         """Number of the block of each pair of vertices that are neighbours."""
@@ -189,8 +191,8 @@ class Assembly:
         self._own = np.flatnonzero(layout.row == layout.col)
         self._order: np.ndarray | None = None
         self._scale = np.zeros(1)
-        self._mass = np.ascontiguousarray(mass[k])
-        self._varying = None if constant is None else (self._mass.copy(), constant[k])
+        self._mass = mass.take(k)
+        self._varying = None if constant is None else (self._mass.copy(), constant.take(k))
         kernel = assemble_modes if rows.ndim == 2 else assemble_blocks
         begin, numbers = chosen(pattern.block_ptr, pattern.block_rows, k)
         serial = is_small(len(layout.start), 50)

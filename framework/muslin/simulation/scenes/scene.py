@@ -83,7 +83,7 @@ class Scene:
     mesh: str = "grid"  # "grid", a mesh Muslin ships, or a file
     scale: str = "1"  # of the mesh: a factor on its coordinates, or "fit" for the size the scene is made for
     resolution: int = 64  # vertices along each side of a grid
-    diagonals: str = "uniform"  # of a grid: uniform, alternating or zigzag
+    diagonals: str = "uniform"  # of a grid: uniform, alternating (where the mesh adapts) or zigzag
     pinned: str = "none"  # none, highest-row, corners, collar, or vertex numbers
     E: float | None = None  # Young's modulus [Pa] and Poisson's ratio, or the Lamé parameters
     nu: float | None = None
@@ -305,6 +305,8 @@ def override(scene: Scene, **values: Any) -> Scene:
         changes |= {"mu": None, "lam": None}  # the pair given last counts
     if changes.get("self_collision") == "exact":
         changes = {**EXACT, **changes}
+    if changes.get("adaptive") and "diagonals" in known:
+        changes = {**ADAPTIVE, **changes}
     changed = dataclasses.replace(scene, **changes)
     if (changed.mu is None) != (changed.lam is None):
         raise MuslinError(f"The scene {scene.name!r} has only one of mu and lam.", "Give both, or E and nu.")
@@ -355,6 +357,9 @@ def override(scene: Scene, **values: Any) -> Scene:
 
 #: What self-collision in every step goes with, and brings along.
 EXACT = {"integrator": "backward-euler", "contact": "solve"}
+
+#: What an adaptive mesh begins with: refined, it folds as well as a grid that is as fine (zigzag ones do not).
+ADAPTIVE = {"diagonals": "alternating"}
 
 #: What parameters must be above.
 LOWEST = {
