@@ -357,3 +357,15 @@ def test_a_coarse_adaptive_cape_on_thin_limbs_is_not_torn_and_what_moves_it_does
     assert len(run.x) > 900
     assert run.energies.elastic.max() < 0.05
     assert np.abs(run.energies.work).max() < 2
+
+
+def test_an_adaptive_cloth_begins_on_alternating_diagonals_unless_others_are_asked_for():
+    get = scenes.get
+    assert get("drape").diagonals == get("drape", adaptive="off").diagonals == "zigzag"
+    assert get("drape", adaptive="on").diagonals == "alternating"
+    asked = get("drape", adaptive="on", diagonals="zigzag")
+    assert asked.diagonals == "zigzag"
+    for scene in (asked, get("drape", adaptive=True)):
+        assert get("drape", **scene.parameters()) == scene  # as a run on disk is read back
+    degree = np.bincount(get("drape", adaptive="on", resolution=9).load_mesh().triangles.ravel())
+    assert set(degree.reshape(9, 9)[1:-1, 1:-1].ravel()) == {4, 8}
