@@ -195,7 +195,7 @@ SLIPS = {
     ),
     "a manifest that is older": (
         "assignment.toml", "points = ", "points = 1",
-        r"solutions/toy/assignment\.toml has been changed since toy was released; Run: muslin release toy",
+        r"solutions/toy/assignment\.toml: it has been changed since toy was released; Run: muslin release toy",
     ),
 }  # fmt: skip
 
@@ -328,7 +328,49 @@ def test_terms_that_students_have_as_a_function_are_not_recorded(course):
             assert (measured.TERMS in data.files) is recorded, task
 
 
+def test_no_pack_is_made_whose_public_data_are_older_than_the_terms(course, monkeypatch, capsys, tmp_path):
+    edit(
+        "reference.py",
+        "def conditions_psi",
+        "def terms_edges(a):\n    return size_of(a['x0'])\n\n\ndef conditions_psi",
+    )
+    told = said(monkeypatch, capsys, f"muslin pack students --assignment toy --out {tmp_path / 'pack'}")
+    assert (
+        "older than terms_edges: on students' machines right answers could fail. Run: muslin reference"
+        in told
+    )
+    assert any("edges.npz: terms-of-the-answer is missing" in line for line in found())
+
+
 # -------------------- refusals
+
+
+@pytest.mark.parametrize(
+    ("file", "old", "new", "told"),
+    [
+        ("triangle.py", "@ti.func\n", "", 'edges is no Taichi function. Write "@ti.func" above def edges'),
+        (
+            "assignment.toml",
+            "hints = [",
+            'needs = ["psy"]\nhints = [',
+            "psi: it needs 'psy', which is no task. Did you",
+        ),
+        ("README.md", "# Toy", "# way = step * gradient(x)", "line 9). Say it in other words."),
+    ],
+)
+def test_a_release_refuses_what_cannot_be_worked_on(file, old, new, told, course, monkeypatch, capsys):
+    edit(file, old, new)
+    assert told in said(monkeypatch, capsys, "muslin release toy")
+
+
+def test_a_release_names_what_is_left_over(course, monkeypatch, capsys):
+    Path("assignments/toy/spare.py").write_text("", encoding="utf-8")
+    monkeypatch.setattr(sys, "argv", ["muslin", "release", "toy"])
+    cli.main()
+    assert (
+        "assignments/toy/spare.py is left over: nothing in the solution leads to it. Delete it."
+        in " ".join(capsys.readouterr().out.split())
+    )
 
 
 @pytest.mark.parametrize("place", ["solutions/toy/hidden", "hid", "assignments/hid", "data/reference/hid"])

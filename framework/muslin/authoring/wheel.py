@@ -14,9 +14,11 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO, Any
 
+from muslin import tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.base.version import __version__
+from muslin.judging import measured
 
 #: Never part of a wheel.
 _LEFT_OUT = ("__pycache__", ".DS_Store")
@@ -78,7 +80,19 @@ def build(folder: Path, judges: bool = False, assignment: str | None = None) -> 
 
 
 def _of_assignment(name: str, judges: bool) -> dict[str, Path]:
-    """All that a grader, or a student, needs of an assignment, wherever it is written, by its path inside."""
+    """All that a grader, or a student, needs of an assignment, wherever it is written, by its path inside.
+
+    Raises
+    ------
+    MuslinError
+        If a student would measure answers otherwise than the grader.
+    """
+    if absent := measured.lacking(name, tasks.assignment(name).tasks):
+        raise MuslinError(
+            f"The public data of {name} are older than terms_{absent[0]}: "
+            "on students' machines right answers could fail.",
+            f"Run: muslin reference build {name}",
+        )
     folders = {
         "assignments": paths.assignment(name),
         "data/reference": paths.reference(name),

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import functools
 import zipfile
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +16,7 @@ import numpy as np
 
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.judging.judge import Terms
+from muslin.judging.judge import Terms, secret
 from muslin.tasks import Task
 
 #: Name of the array beside a task's cases; no argument can be called so.
@@ -49,6 +49,14 @@ def terms(assignment: str, task: Task) -> Terms | None:
         return np.where(same.any(axis=1), recorded[same.argmax(axis=1)], 0.0)
 
     return measured
+
+
+def lacking(assignment: str, names: Iterable[str]) -> list[str]:
+    """Tasks whose terms students have neither as a function nor as data: their right answers could be wrong there."""
+    asked = [name for name in names if secret(assignment, f"terms_{name}")]
+    files = {name: paths.reference(assignment) / f"{name}.npz" for name in asked}
+    there = {name: path for name, path in files.items() if path.is_file()}
+    return [name for name, path in there.items() if _recorded(path, path.stat().st_mtime_ns) is None]
 
 
 def _rows(inputs: Mapping[str, np.ndarray], names: list[str]) -> np.ndarray:

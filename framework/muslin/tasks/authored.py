@@ -21,6 +21,10 @@ from muslin.base.errors import MuslinError, said
 NUMERIC = (ArithmeticError, ValueError, IndexError)
 
 
+#: Where a guarded function keeps the file that says it.
+_FILE = "said_in"
+
+
 class AuthorError(MuslinError):
     """A slip in an assignment's own files.
 
@@ -42,7 +46,8 @@ class AuthorError(MuslinError):
 
 
 def place(function: Any, file: str = "") -> str:
-    """Where a function is written, for people: its file and line; the `file` alone where it is none."""
+    """Where a function is written, for people: its file and line; the `file` alone where Muslin made it."""
+    file = file or getattr(function, _FILE, "")
     code = getattr(inspect.unwrap(function), "__code__", None) if callable(function) else None
     if code is None or (file and Path(code.co_filename).parent != Path(file).parent):
         return paths.shown(file)
@@ -73,6 +78,7 @@ def guarded(function: Callable[..., Any], words: str, file: str, do: str = "Corr
         except Exception as error:
             raise _told(error, function, (given, named), words, file, do) from None
 
+    setattr(guard, _FILE, file)
     return guard
 
 

@@ -18,6 +18,7 @@ from typing import Any
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices, near
 from muslin.base.text import one_line
+from muslin.tasks.authored import AuthorError
 from muslin.tasks.constants import OF, of, personal, read
 from muslin.tasks.kinds import GRAMMAR
 from muslin.tasks.kinds import form as form
@@ -212,10 +213,8 @@ def _require_in_step(released: Path, source: Path, name: str) -> None:
     except OSError:  # none here, or out of sight while a submission is graded
         return
     if texts[0] != texts[1] and read_assignment(released) != read_assignment(source):
-        raise MuslinError(
-            f"{paths.shown(source / MANIFEST)} has been changed since {name} was released.",
-            f"Run: muslin release {name}",
-        )
+        what = f"it has been changed since {name} was released"
+        raise AuthorError(paths.shown(source / MANIFEST), what, f"Run: muslin release {name}")
 
 
 def _of_student(folder: Path, name: str) -> Assignment:

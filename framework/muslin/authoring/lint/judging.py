@@ -157,7 +157,7 @@ def _held(subject: Subject, task: Task, known: Judge, functions: tasks.Functions
             yield Finding(where, f"{words} gives {np.shape(errors)} errors", "give one of each sample, (b,)")
         elif (error := float(errors.max(initial=0.0))) > prop.tolerance:
             what = f"the solution breaks {words}: it is off by {error:.1e}"
-            yield Finding(where, what, "correct the property, or the solution")
+            yield Finding(place(prop.judge), what, "correct the property, or the solution")
 
 
 def check_laws(subject: Subject) -> Iterator[Finding]:
