@@ -429,10 +429,12 @@ def test_a_linear_dependence_rules_out_only_what_cannot_help():
         functions = {key: function.node for key, function in Source(text).functions.items()}
         with np.errstate(all="ignore"):
             quick = repairing.Search(
-                functions, "interpolate", inputs, expected, scales, lambda values: ""
+                functions, "interpolate", inputs, expected, scales, lambda values, cases=None: ""
             ).found()
-            slow = repairing.Search(functions, "interpolate", inputs, expected, scales, lambda values: "")
-            slow._slope = lambda node: True
+            slow = repairing.Search(
+                functions, "interpolate", inputs, expected, scales, lambda values, cases=None: ""
+            )
+            slow.slope = lambda node: True
             assert quick.sentence == slow.found().sentence
 
 
@@ -497,7 +499,7 @@ LOOPS = (
     """
     r = ti.Vector([0.0, 0.0, 0.0])
     for i in range(3):
-        for j in range(i):
+        for j in range(i, 3):
             r[i] += A[i, j]
     for k in ti.static(range(3)):
         r[k] *= 2.0
@@ -684,13 +686,16 @@ def test_a_line_in_the_wrong_place_and_an_entry_for_the_whole_are_told(assignmen
     assert words in told(task, body, assignment).mistake
 
 
-@pytest.mark.parametrize("task", ["phi", "dn_dx", "eigensystem", "sphere_contact", "d2psi_dFij"])
+@pytest.mark.parametrize(
+    "task", ["phi", "dn_dx", "eigensystem", "sphere_contact", "d2psi_dFij", "stiffness_block"]
+)
 def test_many_changes_worked_out_at_once_are_right_where_they_are_one_by_one(task):
-    inputs, expected = reference.cases("cloth", task)
-    terms = judge("cloth", task).terms
+    assignment = "solids" if task == "stiffness_block" else "cloth"
+    inputs, expected = reference.cases(assignment, task)
+    terms = judge(assignment, task).terms
     scales = [reference.natural_scale(terms, e, inputs, k) for k, e in enumerate(expected)]
     compared = right = 0
-    for variant in (v for v in WRONG if v.task == task):
+    for variant in (v for v in suite.variants(assignment) if v.task == task and v.verdict == "wrong"):
         try:
             functions = {key: function.node for key, function in Source(variant.code).functions.items()}
             search = repairing.Search(
@@ -709,5 +714,5 @@ def test_many_changes_worked_out_at_once_are_right_where_they_are_one_by_one(tas
                     continue
                 compared, right = compared + 1, right + is_right
                 assert may_be or not is_right, (variant.name, change.words)
-    assert compared > 500
+    assert compared > 400
     assert right > 3

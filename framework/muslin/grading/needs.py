@@ -26,8 +26,9 @@ NEAR = 1e-5
 #: Most entries of an expression of which it is asked how the results hang on them.
 WIDEST = 16
 
-#: Cases by which most of what may stand in a place is told not to fit.
-FEW = 5
+#: Cases by which most of what may stand in a place is told not to fit; where many passes of a loop are worked out at
+#: once, and so many numbers of each.
+FEW, FEWER = 5, 3
 
 #: Share of the cases in which a number must be met that Newton's method has found: there may be two that are right.
 MOST_CASES = 0.7
@@ -197,7 +198,8 @@ class Needs:
         if array.ndim != 1 or passes * count != array.size or passes < 2:
             return True
         step = 0.37 * np.abs(array).max() + 1e-3
-        weights = np.tile(1 + np.arange(passes), count).astype(np.float64)
+        known = np.sqrt(2.0 + np.arange(passes))  # no mean of some is another one
+        weights = np.tile(known, count)
 
         def moved(by: np.ndarray) -> np.ndarray:
             return self._flat(self.meaning.otherwise({id(node): Fixed(array + by)})) - self.came
@@ -214,10 +216,10 @@ class Needs:
             return False
         with np.errstate(all="ignore"):
             ratio = np.where(np.abs(one) > 0, each / one, 1.0)
-        at = np.rint(ratio)
-        if not ((np.abs(ratio - at) <= 1e-5) & (at >= 1) & (at <= passes))[self.usable].all():
+        at = np.clip(np.rint(np.where(np.isfinite(ratio), ratio, 0.0) ** 2 - 2).astype(int), 0, passes - 1)
+        if not ((np.abs(ratio - known[at]) <= 1e-7) | (np.abs(one) == 0))[self.usable].all():
             return True
-        row = np.arange(count)[:, None] * passes + np.where(np.isfinite(at), at, 1).astype(int) - 1
+        row = np.arange(count)[:, None] * passes + at
         return Spread(array, one / step, row)
 
     def _reaches(self, spread: Spread, made: np.ndarray) -> bool:
@@ -243,7 +245,7 @@ class Needs:
     def some(self) -> np.ndarray:
         """Some cases for a search that is dear: a few wrong ones, and one that is right."""
         right = np.flatnonzero(~self.wrong.any(axis=1))
-        return np.concatenate([self.few, right[-1:]])
+        return np.concatenate([self.few[:FEWER], right[-1:]])
 
     @cached_property
     def few(self) -> np.ndarray:
@@ -274,7 +276,7 @@ class Needs:
         found[found] = near.all(axis=(1, 2))
         return found
 
-    def _hope(self, node: ast.AST) -> int:
+    def hope(self, node: ast.AST) -> int:
         """0 if no value in place of a node makes all right, 1 if that is not known, 2 if some does."""
         slope = self.slope(node)
         return int(slope) if isinstance(slope, bool) else 2

@@ -19,7 +19,13 @@ if TYPE_CHECKING:
 
 
 def numbers(search: Search) -> Iterator[Repair]:
-    """Numbers of the text that would be right if they were another one, the same in all cases."""
+    """Numbers of the text that would be right if they were another one, the same in all cases; whole ones first."""
+    yield from sorted(
+        _numbers(search), key=lambda change: not float(change.detail.split("->")[1]).is_integer()
+    )
+
+
+def _numbers(search: Search) -> Iterator[Repair]:
     scope = search.changes.scope
     for node in ast.walk(search.meaning.node):
         indexed = isinstance(scope.parent(node), (ast.Subscript, ast.Slice))

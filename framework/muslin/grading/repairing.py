@@ -19,8 +19,10 @@ import numpy as np
 
 from muslin.base.errors import MuslinError
 from muslin.grading.making import made
+from muslin.grading.multiples import multiples
 from muslin.grading.needs import IMPOSSIBLE, Needs, Spread, Target
 from muslin.grading.numbers import numbers
+from muslin.grading.pairs import pairs
 from muslin.grading.pointing import Place, pointed
 from muslin.grading.rivals import likeliest
 from muslin.grading.stacking import Stack
@@ -42,11 +44,16 @@ SPENT = 400_000
 #: Steps up to which the changes of a short function are so cheap that more may be tried, and how many times as many.
 CHEAP, OFTEN = 40_000, 4
 
-#: What a step counts for that is taken for many changes at once, and how many changes are looked at together.
-DEARER, CHUNKS = 2, (40, 80, 160, 320)
+#: What a step counts for that is taken for many changes at once, and steps it takes to look at one; how many are looked
+#: at together.
+DEARER, GLANCE, CHUNKS = 2, 30, (40, 80, 160, 320)
 
-#: Share of that which changes of a symbol or two may cost, before larger ones are looked at.
-SMALL = 0.7
+#: Share of that which changes of a symbol or two may cost, before larger ones are looked at, and those before two at
+#: once are.
+SMALL, LARGER = 0.6, 0.85
+
+#: What is so much smaller than what stands in its place does nothing there.
+NEARLY = 1e-2
 
 #: Most changes that do as well as each other, and steps for which others are looked for where one is found.
 RIVALS, LONGER = 12, 120_000
@@ -171,6 +178,7 @@ class Search(Needs):
         self._nodes = {id(n): n for f in self.changes.scope.functions for n in ast.walk(f)}
         self._tried = 0
         self._stack: Stack | None = None
+        self._looked = 0
 
     def node(self, key: int) -> ast.AST | None:
         """A node of the function, by its id."""
@@ -186,8 +194,10 @@ class Search(Needs):
         """The plainest change that makes all results right, or those entries that are asked for."""
         spare: Repair | None = None
         most = TRIED_IN_LOOPS if self.meaning.widened else TRIED if self.asked.all() else TRIED_APART
-        small = itertools.chain(self.changes.unused(), self.changes.plain(), numbers(self))
-        for changes, share in ((small, SMALL), (self.changes.larger(self._hope), 1.0)):
+        plain = self.changes.plain()
+        small = itertools.chain(self.changes.unused(), plain, numbers(self), multiples(self))
+        larger, double = self.changes.larger(self.hope), pairs(self, plain)
+        for changes, share in ((small, SMALL), (larger, LARGER), (double, 1.0)):
             found: list[Repair] = []
             since = 0
             for change, may_be in self._screened(itertools.islice(changes, LOOKED)):
@@ -233,7 +243,11 @@ class Search(Needs):
         outer = self.changes.scope.parent(self._nodes[next(iter(change.changes))])
         while isinstance(outer, ast.Attribute):
             outer = self.changes.scope.parent(outer)
-        if change.kind not in ("name", "index") or not isinstance(outer, (ast.Call, ast.BinOp)):
+        if change.kind not in ("name", "index"):
+            return False
+        if self._vanishes(change):
+            return True
+        if not isinstance(outer, (ast.Call, ast.BinOp)):
             return False
         self.meaning.seen = {}
         try:
@@ -246,6 +260,20 @@ class Search(Needs):
             and value.ndim == 1
             and bool(np.allclose(value, 1, rtol=0, atol=1e-9))
         )
+
+    def _vanishes(self, change: Repair) -> bool:
+        """Whether what is put in place is nearly zero in the wrong cases: then what stands there is too much."""
+        node: Any = self.whole(change)
+        while isinstance(self.changes.scope.parent(node), (ast.Tuple, ast.Subscript)):
+            node = self.changes.scope.parent(node)
+        if len(change.changes) > 1 or id(node) not in self.meaning.here:
+            return False
+        shape = (self.meaning.count, *(self.changes.scope.form(node) or ()))
+        made, stands = (
+            np.abs(np.broadcast_to(value, shape))[self.wrong.any(axis=1)]
+            for value in (self.meaning.alone(node, change.changes), self.meaning.values.get(id(node), 0))
+        )
+        return bool((made <= NEARLY * stands).all() and stands.any())
 
     def pointed(self) -> Repair | None:
         """Where it goes wrong, whatever belongs there."""
@@ -326,10 +354,29 @@ class Search(Needs):
         right = np.abs(self._flat(self.meaning.otherwise(change.changes)) - self.right) <= TOLERANCE
         return bool(right[:, self.asked].all() and not (~right & ~self.wrong).any())
 
+    def whole(self, change: Repair) -> ast.expr | None:
+        """The expression that holds all that is changed; None if there is none, in one line."""
+        nodes = [self._nodes.get(key) for key in change.changes]
+        if not all(isinstance(node, ast.expr) for node in nodes):
+            return None
+        if len(nodes) > 1:
+            nodes = [self.line(node) for node in nodes]
+            if any(node is not nodes[0] for node in nodes):
+                return None
+        return nodes[0]  # type: ignore[return-value]
+
+    def line(self, node: Any) -> ast.expr | None:
+        """The value, or the condition, of the line a node stands in."""
+        outer = self.changes.scope.parent(node)
+        while isinstance(outer, ast.expr):
+            node, outer = outer, self.changes.scope.parent(outer)
+        return node if node in (getattr(outer, "value", None), getattr(outer, "test", None)) else None
+
     @property
     def spent(self) -> int:
         """Steps taken so far."""
-        return self.meaning.spent + (DEARER * self._stack.meaning.spent if self._stack else 0)
+        beside = self._stack.meaning.spent if self._stack else 0
+        return self.meaning.spent + DEARER * beside + GLANCE * self._looked
 
     def _screened(self, changes: Iterator[Repair]) -> Iterator[tuple[Repair, bool]]:
         """Changes, each with whether it can make all right, as far as that is known without working it out."""
@@ -337,6 +384,7 @@ class Search(Needs):
             some = list(itertools.islice(changes, size))
             if not some:
                 return
+            self._looked += len(some)
             may_be = [self._may_be(change) for change in some]
             asked = [k for k, known in enumerate(may_be) if known is None]
             if asked:
@@ -353,23 +401,19 @@ class Search(Needs):
             return False
 
     def _known_to_be(self, change: Repair) -> bool | None:
-        if len(change.changes) != 1:
-            return True
-        ((key, new),) = change.changes.items()
-        node = self._nodes[key]
-        if not isinstance(node, ast.expr):
+        node = self.whole(change)
+        if node is None:
             return True
         slope = self.slope(node)
         if isinstance(slope, bool):
             return None if slope else False
-        given = isinstance(node, ast.Constant) and not change.detail.startswith("exponent")
-        if key not in self.meaning.here or (isinstance(slope, Target) and not given):
-            return True  # another number than was found may be right, too
-        made = np.asarray(self.meaning.alone(node, new), dtype=np.float64)
+        if isinstance(slope, Target):
+            return None  # another number than was found may be right, too
+        if id(node) not in self.meaning.here and not isinstance(slope, Spread):
+            return True
+        made = np.asarray(self.meaning.alone(node, change.changes), dtype=np.float64)
         if isinstance(slope, Spread):
             return self._reaches(slope, made)
-        if isinstance(slope, Target):
-            return bool(self._meets(slope, made))
         value = np.broadcast_to(made.reshape(len(made), -1) if made.ndim else made, slope.value.shape)
         reached = np.einsum("bmp,bp->bm", slope.rows, slope.off(value))
         return self._near(reached)

@@ -8,7 +8,6 @@ many changes in a few cases each.
 from __future__ import annotations
 
 import ast
-import copy
 from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -23,7 +22,7 @@ if TYPE_CHECKING:
     from muslin.grading.repairing import Search
 
 #: Changes that are worked out at once; where many passes of a loop are worked out at once, too.
-BESIDE, BESIDE_IN_LOOPS = 32, 4
+BESIDE, BESIDE_IN_LOOPS = 32, 12
 
 
 class Stack:
@@ -36,23 +35,25 @@ class Stack:
 
     def __init__(self, search: Search) -> None:
         meaning, self.few = search.meaning, search.few
-        self.search, self.beside = search, BESIDE_IN_LOOPS if meaning.widened else BESIDE
+        self.search, self.beside = search, BESIDE
+        if meaning.widened:
+            self.few, self.beside = self.few[:2], BESIDE_IN_LOOPS
         cases = np.tile(self.few, self.beside)
         inputs = {key: value[cases] for key, value in meaning.inputs.items()}
         self.meaning = Meaning(meaning.functions, meaning.node.name, inputs)
         self.right, self.cases = search.right[cases], cases
 
     def fitting(self, changes: Sequence[Repair]) -> list[bool]:
-        """Which of some changes, each of a single expression, make the few cases right, as far as that is known."""
+        """Which of some changes, each within one expression, make the few cases right, as far as that is known."""
         found = [True] * len(changes)
         groups: dict[tuple[int, tuple[int, ...]], list[tuple[int, np.ndarray]]] = {}
         for k, change in enumerate(changes):
-            node, new = self._whole(change)
+            node = self._whole(change)
             if node is None or not self._real(node):
                 continue
             key = id(node)
             try:
-                value = self._values(node, new)
+                value = self._values(node, change)
             except IMPOSSIBLE:
                 found[k] = False
                 continue
@@ -64,37 +65,24 @@ class Stack:
                     found[k] = fits
         return found
 
-    def _whole(self, change: Repair) -> tuple[ast.AST | None, ast.AST]:
-        """What is changed, and what stands there then; of a list of entries the vector or matrix it becomes."""
-        ((key, new),) = change.changes.items()
-        node = self.search.node(key)
+    def _whole(self, change: Repair) -> ast.AST | None:
+        """What comes to something else with a change; where that is a list of entries, the vector or matrix of it."""
+        node: ast.AST | None = self.search.whole(change)
         while isinstance(node, (ast.List, ast.Tuple)):
-            outer = self.search.changes.scope.parent(node)
-            if not isinstance(outer, (ast.List, ast.Tuple, ast.Call)):
-                return None, new
-            made = copy.copy(outer)
-            entries = outer.args if isinstance(outer, ast.Call) else outer.elts
-            replaced = [new if entry is node else entry for entry in entries]
-            made.__dict__["args" if isinstance(outer, ast.Call) else "elts"] = replaced
-            for kept in ("_text", "_alike", "_inside"):
-                made.__dict__.pop(kept, None)
-            node, new = outer, made
-        return node, new
+            node = self.search.changes.scope.parent(node)
+        return node
 
     def _real(self, node: ast.AST) -> bool:
-        """Whether a node comes to numbers that are not counted with."""
-        scope, meaning = self.search.changes.scope, self.search.meaning
-        outer = scope.parent(node)
-        counts = isinstance(outer, (ast.Subscript, ast.Slice, ast.Tuple)) or (
-            isinstance(node, ast.Name) and node.id in scope.loops
-        )
-        known = id(node) in meaning.values or id(node) in meaning.wide_values
-        return known and not counts and isinstance(node, ast.expr)
-
-    def _values(self, node: ast.AST, new: ast.AST) -> np.ndarray:
-        """What would stand in place of a node in the few cases; of a loop in all its passes."""
+        """Whether a node comes to numbers that are known."""
         meaning = self.search.meaning
-        made = np.asarray(meaning.alone(node, new), dtype=np.float64)
+        known = id(node) in meaning.values or id(node) in meaning.wide_values
+        return known and isinstance(node, ast.expr)
+
+    def _values(self, node: ast.AST, change: Repair) -> np.ndarray:
+        """What a node comes to in the few cases; of a loop in all its passes."""
+        meaning = self.search.meaning
+        made = np.asarray(meaning.alone(node, change.changes))
+        made = made if made.dtype.kind in "ib" else made.astype(np.float64)
         passes = meaning.rows(node) // meaning.count
         if not passes:
             return np.broadcast_to(made, (meaning.count, *made.shape[1:]))[self.few]

@@ -126,12 +126,17 @@ def at_once(
     passes, count = len(over), meaning.count
     rows = passes * count
     inside: dict[str, Any] = {}
-    for name in meaning.names(statement) | meaning.new_names():
+    asked = meaning.names(statement) | meaning.new_names()
+    for name in (
+        env if meaning.recording else asked
+    ):  # what stands in a line may be exchanged for anything known
         value = env.get(name)
         if value is None or name in summed:
             continue
         if isinstance(value, (list, tuple)):
-            return False
+            if name in asked:
+                return False
+            continue
         inside[name] = np.repeat(value, passes, axis=0) if np.ndim(value) and len(value) == count else value
     columns = list(zip(*over, strict=True)) if isinstance(over[0], tuple) else [tuple(over)]
     arrays = [np.tile(np.array(column), count) for column in columns]
@@ -145,7 +150,7 @@ def at_once(
         shape = (rows, *form(env[name]))
         sums[name] = Sum(np.zeros(shape), np.zeros(shape, dtype=bool))
     values = meaning.wide_values
-    if meaning.rows_of.setdefault(id(statement), rows) != rows:
+    if meaning.rows_of.setdefault(id(statement), rows) != rows and not meaning.recording:
         meaning.wide_values = {}  # another number of passes
     meaning.spent += BESIDE
     meaning.wide, meaning.count = Wide(sums, np.ones(rows, dtype=bool)), rows

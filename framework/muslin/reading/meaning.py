@@ -24,7 +24,7 @@ import numpy as np
 
 from muslin.reading.arithmetic import METHODS, Unclear, cast, checked, chosen, combined, form, rank, whole
 from muslin.reading.expressions import PASSES, READERS, Fixed, function_of, index
-from muslin.reading.loops import MANY, ROWS, Nest, Wide, at_once, nested
+from muslin.reading.loops import FEWEST, MANY, ROWS, Nest, Wide, at_once, nested
 
 __all__ = ["METHODS", "Fixed", "Meaning", "Same", "Unclear"]
 
@@ -65,6 +65,8 @@ class Meaning:
         Shape of each node's value, by the node's id; also of what is worked out more than once.
     variables : dict
         Shape of each variable.
+    integers : set of str
+        Variables that are whole numbers.
     seen : dict, optional
         Where values are noted that are worked out, by the node's id.
     spent : int
@@ -106,6 +108,7 @@ class Meaning:
         self._home = {id(inner): key for key, f in functions.items() for inner in ast.walk(f)}
         self.forms: dict[int, tuple[int, ...]] = {}
         self.variables: dict[str, tuple[int, ...]] = {}
+        self.integers = {key for key, value in self.inputs.items() if whole(value)}
         self.here: dict[int, dict[str, Any]] = {}
         self._wide_here: dict[int, tuple[dict[str, Any], int]] = {}
         self.seen: dict[int, Any] | None = None
@@ -158,28 +161,28 @@ class Meaning:
         finally:
             self._over = {}
 
-    def alone(self, node: ast.AST, new: ast.AST) -> Any:
-        """What would stand in place of a node, worked out where the node stands.
+    def alone(self, node: ast.AST, changes: Mapping[int, ast.AST]) -> Any:
+        """What a node comes to, worked out where it stands, if some nodes, by id, are replaced: it, or what is in it.
 
         Raises
         ------
         Unclear
             If it cannot be worked out.
         """
-        self._over, self._steps, self._dirty = {}, 0, set()
-        self._alive.append(new)
+        self._over, self._steps, self._dirty = changes, 0, set()
+        self._alive += changes.values()
+        count, wide = self.count, self.wide
         env = self.here.get(id(node))
-        if env is not None:
-            return self._instead(node, new, env)
-        if id(node) not in self._wide_here:
-            raise Unclear
-        count = self.count
-        env, self.count = self._wide_here[id(node)]
-        self.wide = Wide({}, np.ones(self.count, dtype=bool))
+        if env is None:
+            if id(node) not in self._wide_here:
+                raise Unclear
+            env, self.count = self._wide_here[id(node)]
+            self.wide = Wide({}, np.ones(self.count, dtype=bool))
         try:
-            return np.broadcast_to(self._instead(node, new, env), (self.count,))
+            found = self.value(node, dict(env))
+            return found if self.wide is None else np.broadcast_to(found, (self.count, *form(found)))
         finally:
-            self.wide, self.count = None, count
+            self._over, self.wide, self.count = {}, wide, count
 
     def rows(self, node: ast.AST) -> int:
         """How many values a node has that stands in a loop which is worked out at once."""
@@ -192,6 +195,11 @@ class Meaning:
             return self.value(new, env)
         finally:
             self._inner = before
+
+    @property
+    def recording(self) -> bool:
+        """Whether values are kept that are worked out."""
+        return self._recording
 
     # -- statements
 
@@ -256,7 +264,9 @@ class Meaning:
                 self.wide.put(self, statement.target, self.value(statement.value, env), env, sign)
                 self._dirty |= {name} if dirty else set()
                 return None
-            old = self.value(_loaded(statement.target), env)
+            target = _loaded(statement.target)
+            self._again.add(id(target))
+            old = self.value(target, env)
             new = combined(statement.op, old, self.value(statement.value, env))
             self._assign(statement.target, new, env, dirty)
         elif isinstance(statement, ast.If):
@@ -283,6 +293,7 @@ class Meaning:
             env[target.id] = value
             if self._first and not isinstance(value, (list, tuple)):
                 self.variables.setdefault(target.id, form(value))
+                self.integers |= {target.id} if whole(value) else set()
             if dirty:
                 self._dirty.add(target.id)
         elif (name := self._summed(target)) and self.wide is not None:
@@ -373,7 +384,8 @@ class Meaning:
         over = list(self._over_all(nest.loops, env)) if known is None else known
         if len(over) > PASSES or statement.orelse:
             raise Unclear
-        if not dirty and self._depth == 0 and all(type(item) in (int, tuple) for item in over):
+        fixed = not any(self.names(loop.iter) & self.variables.keys() for loop in nest.loops)
+        if fixed and not dirty and self._depth == 0 and all(type(item) in (int, tuple) for item in over):
             self._passes[key] = over
         if dirty:
             self._dirty |= _assigned(statement)
@@ -390,10 +402,12 @@ class Meaning:
             except Unclear:
                 if len(over) >= MANY and len(nest.loops) == 1:
                     raise
-            if self._first:
+            if self._first and len(over) >= FEWEST:
                 self._one_by_one.add(key)
         if len(nest.loops) > 1:
             return NotImplemented
+        if self._recording and len(over) < FEWEST:  # other loops over it may have more passes
+            self._again |= inside
         for item in over:
             self.assign_loop(statement.target, item, env)
             found = self._run(statement.body, env)
@@ -415,6 +429,7 @@ class Meaning:
             env[target.id] = item
             if self._first:
                 self.variables.setdefault(target.id, ())
+                self.integers.add(target.id)
         elif isinstance(target, ast.Tuple) and isinstance(item, tuple) and len(item) == len(target.elts):
             for one, inner in zip(target.elts, item, strict=True):
                 self.assign_loop(one, inner, env)
@@ -479,12 +494,12 @@ class Meaning:
         if self._first and not isinstance(found, (list, tuple)):
             self.forms[key] = form(found)
         if self._recording:
-            values = self.values if self.wide is None else self.wide_values
-            if key in values or key in self._again:
+            if key in self.values or key in self.wide_values or key in self._again:
                 self._again.add(key)
-                values.pop(key, None)
+                self.values.pop(key, None)
+                self.wide_values.pop(key, None)
             else:
-                values[key] = found
+                (self.values if self.wide is None else self.wide_values)[key] = found
         return found
 
     def _see(self, key: int, value: Any) -> None:

@@ -57,6 +57,12 @@ def _no_steps(rng: Rng) -> Arrays:
     return {**a, "most_steps": np.zeros(len(KINDS), np.int32)}
 
 
+def _one_step(rng: Rng) -> Arrays:
+    """Quadratics, of which one step of Newton's is all it takes."""
+    a = _begun(rng)
+    return {**a, "kind": np.zeros_like(a["kind"]), "most_steps": np.ones(len(KINDS), np.int32)}
+
+
 def _weighed(rng: Rng, a: Arrays) -> Arrays:
     """Change: the objective, and what counts as zero, times a factor."""
     return {"w": FACTOR * a["w"], "tolerance": FACTOR * a["tolerance"]}
@@ -90,6 +96,12 @@ properties_newtons_method = (
         "With no steps allowed, x must come back as it began.",
         _no_steps,
         vanishes(terms_newtons_method, lambda a, x: x - a["x"]),
+    ),
+    Property(
+        "one step is one step",
+        "With one step allowed, a quadratic objective must be least at x: Newton's step leads there.",
+        _one_step,
+        vanishes(terms_newtons_method, lambda a, x: x - a["m"]),
     ),
     Property(
         "moves with the objective",

@@ -20,7 +20,7 @@ from itertools import starmap
 import numpy as np
 
 from muslin import tasks
-from muslin.grading import fitting, repairing, slips
+from muslin.grading import fitting, repairing, slips, stepped
 from muslin.grading.diagnosis.factors import change_scaled, factor_of_each_case, scaled, sized
 from muslin.grading.diagnosis.others import changed, digits, known, not_finite, singular, slipped
 from muslin.grading.diagnosis.own import repaired
@@ -131,7 +131,9 @@ def _diagnose(
     change = None
     if text and wrong and (other := _other_constants(task, assignment, text)):
         return other
-    if text and wrong:
+    if text and wrong and task.in_python:
+        change = stepped.stepped(text, task, inputs, got[0], expected[0], scales[0], assignment)
+    elif text and wrong:
         change = repairing.looked_for(text, task.name, inputs, got, expected, scales, place)
     order = sorted(range(len(expected)), key=lambda k: expected[k].dtype.kind == "i")
     found: list[Diagnosis] = []

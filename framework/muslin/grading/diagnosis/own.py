@@ -50,7 +50,7 @@ ADVICE_BOTH = "Hold those lines against the formula. With them changed, all publ
 def agrees(cause: str, change: Repair | None) -> bool:
     """Whether a slip in a right formula may be the change that makes the student's text right."""
     kind, _, place = cause.partition(": ")
-    if change is None or kind not in ALIKE:
+    if change is None or change.more or kind not in ALIKE:
         return True
     if change.kind in ("another", "where") and place and place in (change.place, change.called):
         return True

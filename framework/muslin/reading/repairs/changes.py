@@ -79,7 +79,7 @@ class Changes:
             0 of a node in whose place no value makes the function right; the higher, the sooner it is looked at.
         """
         scope = self.scope
-        nodes = self._valued()
+        nodes = self.valued()
         hopes = {id(node): hope(node) for node in nodes}
         ways = (
             missing.entries,
@@ -103,11 +103,11 @@ class Changes:
 
     def unused(self) -> Iterator[Repair]:
         """Factors that are missing, of those that stand nowhere: they are few, and likely."""
-        for node in self._valued():
+        for node in self.valued():
             for kind, detail, words, new in missing.unused(self.scope, node):
                 yield Repair(kind, detail, node.lineno, words, {id(node): new})
 
-    def _valued(self) -> list[ast.expr]:
+    def valued(self) -> list[ast.expr]:
         """Expressions that come to something else than yes or no."""
         scope = self.scope
         return [

@@ -17,7 +17,16 @@ MOST = 4
 def changes(scope: Scope, node: Any) -> Found:
     """All changes of one list of entries, or of rows."""
     entries, here = list(node.elts), code(node)
-    if not 1 < len(entries) <= MOST or isinstance(scope.parent(node), (ast.Subscript, ast.Assign)):
+    if not 1 < len(entries) <= MOST or isinstance(scope.parent(node), ast.Subscript):
+        return
+    if isinstance(scope.parent(node), ast.Assign):
+        for a, b in itertools.combinations(range(len(entries)), 2):
+            turn = {a: b, b: a}
+            turned = ast.Tuple([entries[turn.get(k, k)] for k in range(len(entries))], ast.Load())
+            words = (
+                f"{code(entries[a])} and {code(entries[b])} are in each other's place (exchanged) in {here}"
+            )
+            yield "order", f"{a}<->{b}", words, turned
         return
 
     def made(values: list[ast.expr]) -> ast.expr:

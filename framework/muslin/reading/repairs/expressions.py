@@ -113,12 +113,16 @@ def _names(scope: Scope, node: ast.Name, form: Form | None) -> Found:
         if (
             other == node.id
             or shape != form
-            or any((other in k) != (node.id in k) for k in (scope.loops, scope.whole))
+            or (other in scope.meaning.integers) != (node.id in scope.meaning.integers)
         ):
             continue
         if other not in scope.loops or other in counting:
             counts = "the index " if node.id in scope.loops and other in scope.loops else ""
             words = f"{counts}{scope.said(node.id)} stands in place of {scope.said(other)}{here}"
+            for one, two, lacks in ((other, node.id, "missing"), (node.id, other, "one too many")):
+                given = scope.defined.get(one)
+                if given is not None and text_of(given) == f"{two}.transpose()":
+                    words += f": a transpose is {lacks}"
             yield "index" if counts else "name", f"{node.id}->{other}", words, name(other)
     if node.id in scope.loops:
         for k in range(scope.length(node)):
@@ -166,7 +170,7 @@ def _constants(scope: Scope, node: ast.Constant) -> Found:
     if isinstance(value, float) and value and 0 < abs(float(nearest) / value - 1) < 0.02:
         words = f"the number {value:g}{here} is rounded: write it as a fraction, with all its digits"
         yield "number", f"{value}->{nearest}", words, number(float(nearest))
-    one = value == 1 and isinstance(outer, ast.BinOp)
+    one = value == 1 and isinstance(outer, ast.BinOp) and not isinstance(outer.op, (ast.Add, ast.Sub))
     tiny = 0 < abs(value) < 1e-3 and not isinstance(outer, ast.Compare)
     for key in scope.named(()) if value != idle and not one and not tiny else ():
         words = f"the number {value:g} stands in place of {scope.said(key)}{here}"
@@ -277,7 +281,12 @@ def _joined(node: ast.BoolOp) -> Found:
 
 
 def _two_conditions(scope: Scope, node: ast.Compare) -> Found:
-    """A second condition that is missing: that two other indices agree."""
+    """Another condition, that two other indices agree; or that one, too, which is missing."""
+    if len(node.ops) == 1 and isinstance(node.ops[0], ast.Eq) and scope.counted(node.left):
+        for a, b in itertools.combinations(sorted(scope.meaning.integers & scope.variables.keys()), 2):
+            other = ast.Compare(name(a), [ast.Eq()], [name(b)])
+            words = f"the condition is not the right one: {code(node)} stands in place of {code(other)}"
+            yield "condition", f"<-> {a} == {b}", words, other
     indices = sorted(scope.counting(node))
     mine = {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
     if len(node.ops) != 1 or not isinstance(node.ops[0], ast.Eq) or not mine <= set(indices):
@@ -309,6 +318,8 @@ def _around(scope: Scope, node: ast.expr, form: Form) -> Found:
             words = f"{CALLED[called]} is missing: {here} should be {verb}"
             yield "transposed", f"{like(node)} {called}", words, method(inner, called)
     if form or isinstance(node, ast.Constant) or isinstance(outer, (ast.Subscript, ast.Slice)):
+        return
+    if scope.counted(node):
         return
     ends = (
         isinstance(node, ast.BinOp)

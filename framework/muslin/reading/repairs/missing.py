@@ -7,6 +7,8 @@ import itertools
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
 
+import numpy as np
+
 from muslin.reading.repairs import alike
 from muslin.reading.repairs.pieces import (
     Form,
@@ -36,23 +38,25 @@ def _fixed(scope: Scope, node: ast.expr) -> bool:
     return isinstance(node, ast.Constant) or isinstance(scope.parent(node), (ast.Subscript, ast.Slice))
 
 
-def _takes_a_factor(scope: Scope, node: ast.expr) -> bool:
+def takes_a_factor(scope: Scope, node: ast.expr) -> bool:
     """Whether an expression is a term, an entry, or all of a line."""
     outer = scope.parent(node)
     term = isinstance(outer, ast.BinOp) and isinstance(outer.op, (ast.Add, ast.Sub))
-    return not _fixed(scope, node) and (term or isinstance(outer, (ast.stmt, ast.List, ast.Tuple, ast.Call)))
+    return not (_fixed(scope, node) or scope.counted(node)) and (
+        term or isinstance(outer, (ast.stmt, ast.List, ast.Tuple, ast.Call))
+    )
 
 
 def unused(scope: Scope, node: ast.expr) -> Found:
     """A factor that is missing, of the numbers that are never used."""
-    if _takes_a_factor(scope, node):
+    if takes_a_factor(scope, node):
         idle = ((scope.said(key), name(key)) for key in scope.idle if scope.variables[key] == ())
         yield from _numbered(scope, node, idle)
 
 
 def entries(scope: Scope, node: ast.expr, form: Form) -> Found:
     """A factor that is missing, of the entries that are never taken of arrays of which others are."""
-    if _takes_a_factor(scope, node):
+    if takes_a_factor(scope, node):
         for text, part in _entries(scope, node):
             words = f"a factor is missing at {code(node)}: {text}"
             yield "lacks factor", f"*{text}{like(node)}", words, times(scope.alias(node), part)
@@ -74,7 +78,7 @@ def _numbered(scope: Scope, node: ast.expr, parts: Iterable[tuple[str, ast.expr]
 
 def factors(scope: Scope, node: ast.expr, form: Form) -> Found:
     """A factor that is missing at an expression which is a term, an entry, or all of a line."""
-    if not _takes_a_factor(scope, node):
+    if not takes_a_factor(scope, node):
         return
     inner, here = scope.alias(node), code(node)
     for value in FACTORS:
@@ -177,6 +181,11 @@ def _terms(scope: Scope, form: Form) -> Iterator[tuple[str, ast.expr]]:
         if shape == form:
             yield f"a part with {names_in(part, scope.variables)}", part
     if form == ():
+        for key, (i, j) in itertools.product(scope.matrices, np.ndindex(2, 2)):
+            text = f"{key}[{i}, {j}]"
+            if scope.variables[key][0] <= LONGEST and text not in scope.parts:
+                index = ast.Tuple([ast.Constant(i), ast.Constant(j)], ast.Load())
+                yield f"`{text}`", ast.Subscript(name(key), index, ast.Load())
         for key, k in itertools.product(scope.vectors, range(3)):
             yield f"{key}[{k}]", ast.Subscript(name(key), ast.Constant(k), ast.Load())
         for a, b in itertools.combinations_with_replacement(scope.vectors, 2):

@@ -64,6 +64,13 @@ def changes(scope: Scope, node: ast.BinOp) -> Found:
 def _operators(scope: Scope, node: ast.BinOp) -> Found:
     op, left, right, here = node.op, node.left, node.right, code(node)
     stands = OPERATORS.get(type(op), "")
+    if isinstance(op, (ast.Mod, ast.FloorDiv)):
+        remainder = isinstance(op, ast.Mod)
+        words = "% (the remainder) stands in place of // (the quotient)"
+        if not remainder:
+            words = "// (the quotient) stands in place of % (the remainder)"
+        meant: ast.operator = ast.FloorDiv() if remainder else ast.Mod()
+        yield "operation", "quotient or remainder", f"{words} in {here}", ast.BinOp(left, meant, right)
     for other in (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.MatMult, ast.Pow):
         if isinstance(op, other) or {type(op), other} == {ast.Add, ast.Sub}:
             continue
@@ -204,6 +211,7 @@ def _brackets(node: ast.BinOp) -> Found:
         yield "brackets", "", words, ast.BinOp(left.left, left.op, ast.BinOp(left.right, node.op, right))
     if isinstance(right, ast.BinOp):
         yield "brackets", "", words, ast.BinOp(ast.BinOp(left, node.op, right.left), right.op, right.right)
+    yield from _powers(node)
     yield from _too_wide(node, words)
     chain = terms(node)
     if len(chain) < 2:
@@ -225,6 +233,19 @@ def _brackets(node: ast.BinOp) -> Found:
         if back is not None:
             made = ast.BinOp(made, back.op, back.right)
         yield "brackets", "around a sum", words, made
+
+
+def _powers(node: ast.BinOp) -> Found:
+    """A power of one of two terms, where that of the whole is meant."""
+    left, right = node.left, node.right
+    for power, other in ((left, right), (right, left)):
+        if not isinstance(node.op, (ast.Add, ast.Sub)) or not isinstance(power, ast.BinOp):
+            continue
+        if isinstance(power.op, ast.Pow):
+            a, b = (power.left, other) if power is left else (other, power.left)
+            made = ast.BinOp(ast.BinOp(a, node.op, b), ast.Pow(), power.right)
+            words = f"brackets are missing in {code(node)}: the power is of the whole, {code(made)}"
+            yield "brackets", "power of a sum", words, made
 
 
 def _too_wide(node: ast.BinOp, words: str) -> Found:

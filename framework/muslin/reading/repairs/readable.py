@@ -41,8 +41,15 @@ def bent(function: ast.FunctionDef) -> set[int]:
         for node in ast.walk(function):
             if isinstance(node, (ast.Assign, ast.AugAssign)):
                 targets = node.targets if isinstance(node, ast.Assign) else [node.target]
-                given = {n.id for t in targets for n in ast.walk(t) if isinstance(n, ast.Name)}
+                within = {id(n) for t in targets for s in _indices(t) for n in ast.walk(s)}
+                inside = (n for t in targets for n in ast.walk(t) if id(n) not in within)
+                given = {n.id for n in inside if isinstance(n, ast.Name)}
                 if given & names and node.value not in tests:
                     tests.append(node.value)
         if len(names) == before:
             return {id(n) for test in tests for n in ast.walk(test)}
+
+
+def _indices(target: ast.expr) -> list[ast.expr]:
+    """What stands in square brackets in a target."""
+    return [n.slice for n in ast.walk(target) if isinstance(n, ast.Subscript)]

@@ -80,6 +80,14 @@ class Scope:
         """Arguments that are whole numbers."""
         return [key for key, value in self.meaning.inputs.items() if value.dtype.kind == "i"]
 
+    def counted(self, node: ast.AST) -> bool:
+        """Whether an expression is made of whole numbers that count."""
+        inside = [n for n in ast.walk(node) if isinstance(n, ast.expr)]
+        if any(isinstance(n, (ast.Call, ast.Subscript, ast.Compare)) for n in inside):
+            return False
+        names = {n.id for n in inside if isinstance(n, ast.Name)}
+        return bool(names) and names <= self.meaning.integers
+
     def has_value(self, key: str, node: ast.AST) -> bool:
         """Whether a variable has a value before a line."""
         stored = (n for n in ast.walk(self.meaning.node) if isinstance(n, ast.Name) and n.id == key)

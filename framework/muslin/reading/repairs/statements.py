@@ -61,6 +61,9 @@ def _targets(scope: Scope, node: ast.Assign | ast.AugAssign) -> Iterator[Repair]
                     index = ast.Tuple(made, ast.Load()) if len(made) > 1 else made[0]
                     others.append(ast.Subscript(target.value, index, ast.Store()))
         yield from _turned_targets(scope, node, target)
+        other = replaced(target.slice, _divided_otherwise)
+        if text_of(other) != text_of(target.slice):
+            others.append(ast.Subscript(target.value, other, ast.Store()))
     for other in others:
         new: ast.stmt = ast.Assign([other], node.value)
         if isinstance(node, ast.AugAssign):
@@ -75,15 +78,33 @@ def _turned_targets(
     scope: Scope, node: ast.Assign | ast.AugAssign, target: ast.Subscript
 ) -> Iterator[Repair]:
     """Two indices exchanged in the entry that gets a value."""
+    if isinstance(target.slice, ast.Tuple) and len(target.slice.elts) == 2:
+        i, j = target.slice.elts
+        if text_of(i) != text_of(j):
+            made = ast.Subscript(target.value, ast.Tuple([j, i], ast.Load()), ast.Store())
+            words = f"{code(target)} gets here what {code(made)} should get: its two indices are exchanged (transposed)"
+            yield _with_target(node, made, "target turned", words)
     inside = {n.id for n in ast.walk(target.slice) if isinstance(n, ast.Name) and n.id in scope.loops}
     for a, b in itertools.combinations(sorted(inside), 2):
         turned = replaced(target.slice, partial(_exchanged, {a: b, b: a}))
         made = ast.Subscript(target.value, turned, ast.Store())
-        new: ast.stmt = ast.Assign([made], node.value)
-        if isinstance(node, ast.AugAssign):
-            new = ast.AugAssign(made, node.op, node.value)
         words = f"{a} and {b} are exchanged in {code(target)}, where {code(made)} belongs"
-        yield Repair("loop", f"target {a}<->{b}", node.lineno, words, {id(node): new})
+        yield _with_target(node, made, f"target {a}<->{b}", words)
+
+
+def _divided_otherwise(node: Any) -> ast.AST | None:
+    """A quotient for a remainder, and the other way round."""
+    turned = {ast.Mod: ast.FloorDiv, ast.FloorDiv: ast.Mod}
+    if isinstance(node, ast.BinOp) and type(node.op) in turned:
+        return ast.BinOp(node.left, turned[type(node.op)](), node.right)
+    return None
+
+
+def _with_target(node: ast.Assign | ast.AugAssign, target: ast.Subscript, detail: str, words: str) -> Repair:
+    new: ast.stmt = ast.Assign([target], node.value)
+    if isinstance(node, ast.AugAssign):
+        new = ast.AugAssign(target, node.op, node.value)
+    return Repair("loop", detail, node.lineno, words, {id(node): new})
 
 
 def _exchanged(turn: Mapping[str, str], node: Any) -> ast.AST | None:
@@ -118,6 +139,9 @@ def _assigned(scope: Scope, node: ast.Assign) -> Iterator[Repair]:
             f"{code(target)} is overwritten, where {sign} adds up: = stands in place of {sign}, "
             "only the last term is left"
         )
+        if once:
+            whole = code(ast.BinOp(target, op, node.value))
+            words = f"{code(target)} is overwritten, and what it was before is lost: {whole} belongs there"
         yield Repair(
             "loop", f"{once}=->{sign}", node.lineno, words, {id(node): ast.AugAssign(target, op, node.value)}
         )
