@@ -9,6 +9,7 @@ import sys
 import time
 import urllib.request
 import zipfile
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -91,6 +92,26 @@ def test_a_notebook_holds_the_whole_handout_and_a_cell_for_each_function():
     for name in re.findall(r"\]\(attachment:([^)]+)\)", text):
         assert any(name in cell.get("attachments", {}) for cell in book.cells)
     assert "](pictures/" not in text, "pictures travel with the notebook"
+
+
+@pytest.mark.parametrize("name", ["cloth", "solids", "none"])
+def test_a_notebook_runs_its_own_assignments_scene_or_none(name, monkeypatch):
+    """What a cell or the text says to run and to view is what this assignment's functions drive."""
+    from muslin.simulation import scenes
+
+    table = tasks.assignment("cloth" if name == "none" else name)
+    if name == "none":
+        table = replace(table, simulation=None)
+        monkeypatch.setattr(making, "assignment", lambda _: table)
+        name = "cloth"
+    book = "\n".join("".join(cell["source"]) for cell in making.notebook(name)["cells"][1:])
+    named = set(re.findall(r"%muslin run ([a-z]+)|view\(\"runs/([a-z]+)\"\)", book))
+    scene = table.simulation.scene if table.simulation else None
+    assert {a or b for a, b in named} == ({scene} if scene else set())
+    assert scene is None or (scenes.get(scene).WORD == "solid") == (name == "solids")
+    asked = re.findall(r"%muslin (?:hint|explain|reset) (\w+)", book)
+    assert asked
+    assert set(asked) <= set(table.tasks)
 
 
 def test_links_inside_a_notebook_lead_to_headings_of_it():

@@ -88,6 +88,29 @@ def test_of_an_explosion_the_start_is_shown(work, monkeypatch, capsys):
     assert red > 0.05
 
 
+def test_of_a_solid_that_comes_apart_at_once_the_start_is_shown_and_the_wrong_function_named(
+    tmp_path, monkeypatch, capsys
+):
+    """The solids handout's own example, with the sign of the force turned round, in backward Euler and without."""
+    folder = tmp_path / "solid"
+    shutil.copytree(
+        paths.solution("solids"), folder, ignore=shutil.ignore_patterns("reference*", "__pycache__")
+    )
+    monkeypatch.chdir(folder)
+    change(folder, "forces.py", "return -volume * P @ grad_phi", "return volume * P @ grad_phi")
+    small = ("--set", "resolution=3", "--size", "160x90", "--no-film", "--steps", "20", "--as-is")
+    code, out, err = run(monkeypatch, capsys, "beam", *small, "--compare")
+    assert code == 0, err
+    assert "Yours as it is, though wrong: nodal_force." in out
+    assert "Right, but not called here: phi, interpolate, spring_force." in out
+    assert "inverted" in out
+    assert "It was simulated with your wrong nodal_force: muslin check nodal_force" in out
+    assert "integrator=backward-euler" not in out  # it is
+    assert len(RunFolder("runs/beam").frames) == 1
+    for picture in ("beam.png", "compared.png"):
+        assert (folder / "runs" / "beam" / picture).is_file()
+
+
 def test_an_explosion_at_once_is_not_told_with_the_pictures_of_an_earlier_run(work, monkeypatch, capsys):
     code, _, err = run(monkeypatch, capsys, "hang", "--steps", "2", *SMALL)
     assert code == 0, err

@@ -231,7 +231,8 @@ def run(
     options["energy"] = workspace.table.energy or None
     with progress(f"simulating {scene}") as tick:
         came = running.simulate(workspace, cast, scene, folder, tick, on_notice=note, **options)
-    say("\n".join(running.told(cast, came.uses)))
+    if came.uses or not came.trouble:  # else nothing was called
+        say("\n".join(running.told(cast, came.uses)))
     if came.trouble:
         say(f"It came apart: {came.trouble}")
     if came.last is not None:

@@ -46,7 +46,7 @@ np.set_printoptions(precision=4, suppress=True)
 VIEW = """\
 from muslin.notebook import view
 
-view("runs/drape")
+view("runs/{scene}")
 """
 
 #: Sections of the handout that speak of a terminal and an editor: what stands in the notebook instead.
@@ -57,13 +57,17 @@ INSTEAD = {
    (Shift-Enter). The function is written into its file in this folder and checked against cases computed with far more
    digits than yours; below the cell stands what is wrong, the likely mistake, and what to try. The cell after it is the
    example from the text: run it too.
-2. `%muslin run drape` simulates with your functions and shows the film here; where one is not right yet, Muslin's own
-   code stands in. `%muslin` takes every command: `%muslin list`, `%muslin hint phi`, `%muslin explain phi --case 3`,
-   `%muslin reset phi`.
+2. {run}`%muslin` takes every command: `%muslin list`, `%muslin hint {task}`,
+   `%muslin explain {task} --case 3`, `%muslin reset {task}`.
 3. `%muslin submit` packs the task files into the zip to hand in. Notebook and editor may be used side by side: a cell
    shows what it was last run with, the file is what counts.
 """,
 }
+
+#: What is said of running, in an assignment that has a simulation.
+RUN = """\
+`%muslin run {scene}` simulates with your functions and shows the film here; where one is not right yet, Muslin's own
+   code stands in. """
 
 _HEADING = re.compile(r"^(#{2,3}) +(.+?) *#*$")
 
@@ -91,11 +95,13 @@ def notebook(name: str, requirement: str = REQUIREMENT) -> dict[str, Any]:
     parts = [(title, part) for title, part in _parts(text) if part.strip()]
     places = {slug(title): _plain(title).replace(" ", "-") for title, _ in parts}
     stubs = _stubs(folder, table.files)
+    scene = table.simulation.scene if table.simulation is not None else ""
+    filled_in = {"task": next(iter(table.tasks)), "run": RUN.format(scene=scene) if scene else ""}
     cells = []
     for title, part in parts:
         words = _plain(title)
         if words in INSTEAD:
-            part = f"## {title}\n\n{INSTEAD[words]}" if INSTEAD[words] else ""
+            part = f"## {title}\n\n{INSTEAD[words].format(**filled_in)}" if INSTEAD[words] else ""
         if part:
             cells.append(_text(part, folder, places))
         if not title:
@@ -106,7 +112,8 @@ def notebook(name: str, requirement: str = REQUIREMENT) -> dict[str, Any]:
             cells.append(_code(f"%%task {words}\n{stubs[words]}"))
             cells += [_code('f = muslin.load(".")\n' + example) for example in _examples(part)]
     cells.append(_text("## See it, and hand it in\n", folder, places))
-    cells += [_code(text) for text in ("%muslin list", "%muslin run drape", VIEW, "%muslin submit")]
+    shows = (f"%muslin run {scene}", VIEW.format(scene=scene)) if scene else ()
+    cells += [_code(text) for text in ("%muslin list", *shows, "%muslin submit")]
     for k, cell in enumerate(cells):
         cell["id"] = f"cell-{k}"
     return {

@@ -19,6 +19,7 @@ import numpy as np
 from muslin.base.blas import one_thread
 from muslin.base.errors import MuslinError, SimulationError, choices
 from muslin.physics.colliders import Contacts, respond
+from muslin.physics.elements.tetrahedron import Inverted
 from muslin.simulation import by_student, guarded, second_order
 from muslin.simulation.incremental import IncrementalPotential
 from muslin.simulation.model import Model, Spring, State
@@ -153,7 +154,10 @@ def steps(model: Model, state: State, dt: float, name: str, count: int | None = 
         before = model.energy(state) if model.self_contact is not None else 0.0
         model.here = None
         with one_thread():
-            following = advance(model, state, dt)
+            try:
+                following = advance(model, state, dt)
+            except Inverted as error:
+                raise Inverted(error.message, _upright(advance)) from None
         _require_sound(following)
         if model.self_contact is not None:
             following = uncrossed(model, state, following, dt, before)
@@ -164,6 +168,15 @@ def steps(model: Model, state: State, dt: float, name: str, count: int | None = 
         if step != count:
             model.prepare()  # the energies that somebody may ask for between, and what the next step needs
         yield state
+
+
+def _upright(advance: Callable[[Model, State, float], State]) -> str:
+    """What to do where a step has inverted something."""
+    if advance is linearly_implicit_euler or advance is second_order.symplectic_euler:
+        return "Reduce dt, or take backward Euler, whose line search refuses such steps: integrator=backward-euler."
+    return (
+        "Its line search refuses such steps if force, Hessian and energy agree: muslin check. Else reduce dt."
+    )
 
 
 def _require_sound(state: State) -> None:

@@ -72,6 +72,22 @@ class Run:
         return str(muslin.run_html(self))
 
 
+class CameApart(SimulationError):
+    """A run that could not go on.
+
+    Attributes
+    ----------
+    uses : frozenset of str
+        As of a `Run`.
+    written : bool
+        Whether there is a folder with what was simulated until then, the start at least.
+    """
+
+    def __init__(self, message: str, hint: str, uses: frozenset[str], written: bool):
+        super().__init__(message, hint)
+        self.uses, self.written = uses, written
+
+
 def march(
     scene: Scene,
     model: Model,
@@ -102,15 +118,23 @@ def march(
         The number of `state`.
     adapter : Adapter, optional
         What adapts the mesh between steps; `state` is on the mesh it has now.
+
+    Raises
+    ------
+    CameApart
+        If it cannot go on.
     """
     first, interrupted = start or state, False
-    body = model.body
+    body, skin = model.body, None
     with np.errstate(invalid="ignore", over="ignore"):
         if adapter:
             states = adapter.steps(state, step)
         else:
             states = steps(model, state, scene.dt, scene.integrator, scene.steps - step)
-        state = next(states)
+        try:
+            state = next(states)
+        except SimulationError as error:
+            raise _came_apart(error, step, scene, model, state.time, None, shown is not None) from None
         if adapter:
             model = adapter.model
             body = model.body
@@ -140,8 +164,8 @@ def march(
                 record(_row(model, state, step))
                 if on_step:
                     on_step(step, scene.steps)
-        except Exploded as error:
-            raise _blown_up(error, step + 1, scene, writer, body.word) from None
+        except SimulationError as error:
+            raise _came_apart(error, step + 1, scene, model, state.time, writer, skin is not None) from None
         except KeyboardInterrupt:
             interrupted = True
         finally:
@@ -154,12 +178,12 @@ def march(
 
 
 def _tried(states: Iterator[State]) -> Iterator[State]:
-    """The same states, the first of them computed now; should it explode, that is said when it is asked for."""
+    """The same states, the first of them computed now; should it come apart, that is said when it is asked for."""
     try:
         first = [next(states)]
     except StopIteration:
         return iter(())
-    except Exploded as error:
+    except SimulationError as error:
         return _raising(error)
     return itertools.chain(first, states)
 
@@ -193,8 +217,17 @@ def _row(model: Model, state: State, step: int) -> tuple[float, ...]:
     )  # fmt: skip
 
 
-def _blown_up(error: Exploded, step: int, scene: Scene, writer: Writer | None, word: str) -> SimulationError:
+def _came_apart(
+    error: SimulationError,
+    step: int,
+    scene: Scene,
+    model: Model,
+    time: float,
+    writer: Writer | None,
+    shown: bool,
+) -> CameApart:
     kept = f" What was simulated until then is in {paths.shown(writer.folder)}." if writer else ""
-    return SimulationError(
-        f"The {word} of {scene.name!r} exploded at step {step}: {error.how}.", f"{error.hint}{kept}"
-    )
+    message = error.message
+    if isinstance(error, Exploded):
+        message = f"The {model.body.word} of {scene.name!r} exploded at step {step}: {error.how}."
+    return CameApart(message, f"{error.hint}{kept}", _uses(scene, model, time, shown), writer is not None)

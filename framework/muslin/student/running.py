@@ -137,12 +137,12 @@ def simulate(
     Wrong functions may make it explode: then what was simulated until then is the result.
     """
     from muslin.simulation import simulating as simulation
+    from muslin.simulation.marching import CameApart
     from muslin.simulation.runs import RunFolder
     from muslin.tasks import load
 
     functions = load(workspace.folder, workspace.table) if cast.green or cast.wrong else None
     waiting = tuple(cast.stand_ins) if functions else ()
-    before = _stamp(out)
     try:
         run = simulation.simulate(
             scene, functions=functions, stand_ins=waiting, out=out, on_step=on_step, **options
@@ -150,9 +150,14 @@ def simulate(
     except SimulationError as error:
         if not cast.wrong:
             raise
-        if _stamp(out) == before:  # an earlier run's frames say nothing about this one
-            return Came((), None, False, trouble=str(error))
-        return Came((*cast.green, *cast.wrong), RunFolder(out).energies[-1], True, trouble=str(error))
+        uses = error.uses if isinstance(error, CameApart) else frozenset()
+        blamed = [name for name in cast.wrong if name in uses]
+        trouble = str(error) if not blamed else f"{error.message} {_blaming(blamed)}"
+        if not isinstance(error, CameApart) or not error.written:
+            return Came(
+                uses, None, False, trouble=trouble
+            )  # an earlier run's frames say nothing about this one
+        return Came(uses, RunFolder(out).energies[-1], True, trouble=trouble)
     return Came(run.uses, run.energies[-1], True, run.interrupted)
 
 
@@ -165,11 +170,10 @@ def reference(scene: str, beside: Path, on_step: Callable[[int, int], None], **o
     return out
 
 
-def _stamp(run: Path) -> int:
-    try:
-        return (run / "run.json").stat().st_mtime_ns
-    except OSError:
-        return 0
+def _blaming(wrong: list[str]) -> str:
+    """What to do where wrong functions have made a run come apart."""
+    those = wrong[0] if len(wrong) == 1 else f"{', '.join(wrong[:-1])} and {wrong[-1]}"
+    return f"It was simulated with your wrong {those}: muslin check {' '.join(wrong)}"
 
 
 def mesh(name: str | None) -> Path | None:
