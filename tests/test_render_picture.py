@@ -27,6 +27,7 @@ from muslin.render import (
     text_overlay,
     write_png,
 )
+from muslin.render.lettering import draw_legend
 from muslin.render.materials import linear, srgb, strain_position, strain_table
 from muslin.render.tables import gather
 
@@ -473,3 +474,29 @@ def test_words_that_mean_nothing_are_refused():
         linear("red")
     with pytest.raises(MuslinError, match="does not contain 1"):
         Material("strain", lo=1.1, hi=1.2)
+
+
+@pytest.mark.parametrize("height", [270, 300, 360, 432, 480, 540, 600, 720, 1080])
+def test_the_dot_of_a_number_is_seen_at_every_size(height):
+    """A dot is what has ink at the foot of a line and none above; noughts have none such."""
+
+    class Noughts(Legend):
+        def label(self, t):
+            return "00.0"
+
+    def dots(line):
+        line = line.astype(int).mean(axis=2)
+        ink = np.flatnonzero((line < 110).any(axis=1))
+        foot, above = line[ink[-1] - len(ink) // 4 : ink[-1] + 1], line[: ink[-1] - len(ink) // 3]
+        there = (foot.min(axis=0) < 110) & (above.min(axis=0) > 200)
+        return (np.diff(there.astype(int)) == 1).sum()
+
+    paper = np.full((height, height * 16 // 9, 3), 240, np.uint8)
+    unit = max(height / 720, 0.4)
+    scaled = draw_legend(paper, Noughts(0.5, 2, "stress"))
+    bottom, right = height - int(20 * unit), paper.shape[1] - int(20 * unit)
+    panel = scaled[
+        bottom - int(82 * unit) + int(57 * unit) : bottom - 1, right - int(300 * unit) + 1 : right - 1
+    ]
+    assert dots(panel) == 5
+    assert dots(text_overlay(paper, "0.0")[: height // 8, : height // 2]) == 1

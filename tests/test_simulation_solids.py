@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import shutil
 from contextlib import nullcontext
 
 import numpy as np
@@ -215,6 +216,26 @@ def test_the_drag_spring_is_the_students_and_pulls_as_ours_does():
         model.conservative_force(state.x), mine.conservative_force(state.x), rtol=1e-12, atol=1e-9
     )
     assert np.abs(model.conservative_force(state.x) - model.weight).max() > 100
+
+
+def test_a_spring_that_has_let_go_was_called_and_a_wrong_one_is_seen(tmp_path):
+    """What a run calls is what any of its steps called; the end of jelly is free."""
+    shutil.copytree(paths.source("solids"), tmp_path / "mine")
+    file = tmp_path / "mine" / "forces.py"
+    settings = {"steps": 4, "drag_until": 2 / 120}
+    native = muslin.simulate("jelly", **settings)
+    right = muslin.simulate("jelly", functions=tmp_path / "mine", **settings)
+    assert "spring_force" in right.uses
+    np.testing.assert_allclose(right.x, native.x, rtol=0, atol=1e-12)
+    text = file.read_text(encoding="utf-8")
+    start = text.index("    # begin solution", text.index("def spring_force"))
+    file.write_text(f"{text[:start]}    return 0.0 * (x0 - x1)\n", encoding="utf-8")
+    wrong = muslin.simulate("jelly", functions=tmp_path / "mine", **settings)
+    assert "spring_force" in wrong.uses
+    assert np.abs(wrong.x - native.x).max() > 1e-2
+    stood_in = muslin.simulate("jelly", functions=tmp_path / "mine", stand_ins=["spring_force"], **settings)
+    assert "spring_force" not in stood_in.uses
+    np.testing.assert_allclose(stood_in.x, native.x, rtol=0, atol=1e-12)
 
 
 def test_the_mouse_lets_go():

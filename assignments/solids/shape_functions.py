@@ -6,13 +6,13 @@ import taichi as ti
 
 @ti.func
 def phi(X, X0, X1, X2, X3):
-    """Barycentric coordinates of X: D [phi_1, phi_2, phi_3]^T = X - X0 and phi_0 = 1 - phi_1 - phi_2 - phi_3.
+    """Barycentric coordinates of X: E [phi_1, phi_2, phi_3]^T = X - X0 and phi_0 = 1 - phi_1 - phi_2 - phi_3.
 
     X       : undeformed point, vec3 [m]
     X0..X3  : undeformed vertices of the tetrahedron, vec3 [m]
     returns : (phi_0, phi_1, phi_2, phi_3), vec4 [1]
     """
-    # Your code here: solve for phi_1, phi_2, phi_3 with the edges as columns of D, then phi_0
+    # Your code here: solve for phi_1, phi_2, phi_3 with the edges as columns of E, then phi_0
     raise NotImplementedError
 
 

@@ -5,15 +5,15 @@ import taichi as ti
 
 @ti.func
 def phi(X, X0, X1, X2, X3):
-    """Barycentric coordinates of X: D [phi_1, phi_2, phi_3]^T = X - X0 and phi_0 = 1 - phi_1 - phi_2 - phi_3.
+    """Barycentric coordinates of X: E [phi_1, phi_2, phi_3]^T = X - X0 and phi_0 = 1 - phi_1 - phi_2 - phi_3.
 
     X       : undeformed point, vec3 [m]
     X0..X3  : undeformed vertices of the tetrahedron, vec3 [m]
     returns : (phi_0, phi_1, phi_2, phi_3), vec4 [1]
     """
-    # begin solution: solve for phi_1, phi_2, phi_3 with the edges as columns of D, then phi_0
-    D = ti.Matrix.cols([X1 - X0, X2 - X0, X3 - X0])
-    p = D.inverse() @ (X - X0)
+    # begin solution: solve for phi_1, phi_2, phi_3 with the edges as columns of E, then phi_0
+    E = ti.Matrix.cols([X1 - X0, X2 - X0, X3 - X0])
+    p = E.inverse() @ (X - X0)
     return ti.Vector([1 - p[0] - p[1] - p[2], p[0], p[1], p[2]])
     # end solution
 
@@ -26,8 +26,8 @@ def dphi_dX(X0, X1, X2, X3):
     returns : row i is the gradient of phi_i, mat4x3 [1/m]
     """
     # begin solution: rows 1, 2, 3 from the formula of phi_1, phi_2, phi_3; row 0 from the sum of all four
-    D = ti.Matrix.cols([X1 - X0, X2 - X0, X3 - X0])
-    G = D.inverse()
+    E = ti.Matrix.cols([X1 - X0, X2 - X0, X3 - X0])
+    G = E.inverse()
     g1, g2, g3 = G[0, :], G[1, :], G[2, :]
     return ti.Matrix.rows([-g1 - g2 - g3, g1, g2, g3])
     # end solution

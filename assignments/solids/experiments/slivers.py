@@ -13,8 +13,9 @@ f = muslin.load(".")
 rng = np.random.default_rng(1)
 heights = 10.0 ** -np.arange(11)
 errors, steepest = [], []
-for height in heights:
-    flat = np.array([[0, 0, 0], [1, 0, height], [1, 1, 0], [0, 1, height]])
+for height in heights:  # h_i, of each vertex over the face opposite it
+    z = height / np.sqrt(4 - 2 * height**2)
+    flat = np.array([[0, 0, 0], [1, 0, z], [1, 1, 0], [0, 1, z]])
     turns = np.linalg.qr(rng.normal(size=(200, 3, 3)))[0]
     corners = {f"X{i}": turns @ corner for i, corner in enumerate(flat)}
     phi = rng.dirichlet([1, 1, 1, 1], size=200)

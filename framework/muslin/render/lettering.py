@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -54,10 +56,11 @@ def text_overlay(image: Image, text: str, corner: str = "top left") -> Image:
     picture = Pillow.fromarray(image)
     pen = ImageDraw.Draw(picture)
     font = ImageFont.load_default(20 * unit)
-    left, top, right, bottom = pen.textbbox((0, 0), text, font=font)
-    x = 24 * unit if "left" in corner else width - 24 * unit - (right - left)
+    _, top, _, bottom = pen.textbbox((0, 0), text, font=font)
+    wide = _width(text, font)
+    x = 24 * unit if "left" in corner else width - 24 * unit - wide
     y = 20 * unit if "top" in corner else height - 20 * unit - (bottom - top)
-    pen.text((x - left, y - top), text, font=font, fill=_ink(image, x, y, right - left, bottom - top))
+    _write(pen, x, y - top, text, font, _ink(image, x, y, wide, bottom - top))
     return np.array(picture)
 
 
@@ -70,7 +73,7 @@ def draw_legend(image: Image, legend: Legend) -> Image:
     unit = max(height / 720, 0.4)
     bar = (int(250 * unit), max(int(14 * unit), 3))
     pad, gap = 16 * unit, 6 * unit
-    font, small = ImageFont.load_default(17 * unit), ImageFont.load_default(14 * unit)
+    font, small = ImageFont.load_default(17 * unit), ImageFont.load_default(max(14 * unit, 8))
     panel = (int(bar[0] + 2 * pad + 18 * unit), int(82 * unit))
     edge = int(20 * unit)
     x0 = edge if "left" in legend.corner else width - edge - panel[0]
@@ -92,8 +95,36 @@ def draw_legend(image: Image, legend: Legend) -> Image:
     for where in (0, 0.25, 0.5, 0.75, 1):
         x = bx + where * (bar[0] - 1)
         pen.line((x, by + bar[1], x, by + bar[1] + gap * 0.7), fill=ink)
-        pen.text((x, by + bar[1] + gap * 1.3), legend.label(where), font=small, fill=ink, anchor="mt")
+        label = legend.label(where)
+        top = pen.textbbox((0, 0), "0", font=small)[1]
+        _write(pen, x - _width(label, small) / 2, by + bar[1] + gap * 1.3 - top, label, small, ink)
     return np.array(picture)
+
+
+_DOT = re.compile(r"(?<=\d)\.(?=\d)")
+
+
+def _dot(font: Any) -> tuple[int, int]:
+    """Width of a number's dot, and of the gap beside it: whole pixels, for a font's own dot fades in a small one."""
+    return max(round(font.size / 8), 1), max(round(font.size / 12), 1)
+
+
+def _width(text: str, font: Any) -> int:
+    """What `_write` takes."""
+    parts, (dot, gap) = _DOT.split(text), _dot(font)
+    return sum(round(font.getlength(part)) for part in parts) + (len(parts) - 1) * (dot + 2 * gap)
+
+
+def _write(pen: Any, x: float, y: float, text: str, font: Any, ink: tuple[int, int, int]) -> None:
+    """Text from its upper left on, dots of numbers in full ink."""
+    x, y, (dot, gap) = round(x), round(y), _dot(font)
+    foot = y + pen.textbbox((0, 0), "1", font=font)[3] - 1
+    for k, part in enumerate(_DOT.split(text)):
+        if k:
+            pen.rectangle((x + gap, foot - dot + 1, x + gap + dot - 1, foot), fill=ink)
+            x += dot + 2 * gap
+        pen.text((x, y), part, font=font, fill=ink)
+        x += round(font.getlength(part))
 
 
 def _ink(image: Image, x: float, y: float, w: float, h: float) -> tuple[int, int, int]:

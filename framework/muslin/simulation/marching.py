@@ -140,6 +140,7 @@ def march(
             body = model.body
         skin = bind(shown, body.undeformed, body.functions, body.stand_ins) if shown is not None else None
         row = _row(model, state, step)
+        uses = _uses(scene, model, state.time, skin is not None)
         following = _tried(states)
         writer = open_writer() if open_writer else None
         rows: list[tuple[float, ...]] = writer.rows if writer else []
@@ -162,6 +163,7 @@ def march(
                         else bind(shown, body.undeformed, body.functions, body.stand_ins)
                     )
                 record(_row(model, state, step))
+                uses |= _uses(scene, model, state.time, skin is not None)
                 if on_step:
                     on_step(step, scene.steps)
         except SimulationError as error:
@@ -173,7 +175,7 @@ def march(
                 writer.close()
     return Run(
         state.x, state.v, first.x, first.v, as_table(rows), scene, body.mesh, body,
-        writer.folder if writer else None, interrupted, _uses(scene, model, state.time, skin is not None),
+        writer.folder if writer else None, interrupted, uses,
     )  # fmt: skip
 
 
@@ -194,10 +196,10 @@ def _raising(error: Exception) -> Iterator[State]:
 
 
 def _uses(scene: Scene, model: Model, time: float, shown: bool) -> frozenset[str]:
-    """Tasks whose functions a run calls."""
+    """Tasks whose functions the step to this time called: a collider may come later, and the mouse lets go."""
     roles = model.body.roles
     called = {name for part in ("detection", "response") for name in roles.called(colliders.NEEDS[part])}
-    met = called if model.colliders(time) else set()
+    met = called if model.colliders_at(time) else set()
     carried = {name for names in skinning.NEEDS.values() for name in roles.called(names)} if shown else set()
     return model.body.uses | met | carried | by_integrator(model, scene.integrator)
 

@@ -62,7 +62,8 @@ for name, seen in ways.items():
     print(f"{name}: {len(seen) - 1} steps, gradient [N]: {shown}{' ...' if len(seen) > 10 else ''}")
 steps = np.diff(np.log(ways["Hessian of each step"]))
 print(f"With the Hessian of each step the order at the end is {steps[-1] / steps[-2]:.1f}.")
-print(f"Projected, each step leaves {ways['projected'][-1] / ways['projected'][-2]:.2f} of the gradient.")
+left = ways["projected"][1:] / ways["projected"][:-1]
+print(f"Projected, each step leaves {np.median(left):.2f} of the gradient.")  # the last may be rounding
 curves = {name: (np.arange(len(seen)), seen) for name, seen in ways.items()}
 picture = line_plot(
     curves, "Newton's method on a wound bar", "step", "gradient", y_unit="N", log_y=True, markers=True
