@@ -26,7 +26,7 @@ from muslin.physics.selfcontact import KEPT, NEAREST, PUSH, Way
 from muslin.simulation import guarded
 from muslin.simulation.model import Model, State
 from muslin.simulation.rubbing import Rubbing
-from muslin.simulation.touching import Pressed, Touching
+from muslin.simulation.touching import SHALLOW, Pressed, Touching
 
 #: How often the way is looked at in a step at most, and iterations of Newton's method each time.
 ROUNDS, ITERATIONS = 8, 6
@@ -105,6 +105,7 @@ class _Apart:
         model.prepare()
         self._loose = 1.0 / model.diagonal(dt).max(axis=1)
         hard = model.touching(state, dt) if model.contact == "solve" else None
+        self._least = self._kept(hard) if hard else np.zeros(0)
         self._colliders = [self._softer(hard, state.pressed)] if hard else []
         self._touching = self._colliders
         body.update(following.x)
@@ -118,11 +119,23 @@ class _Apart:
             v = self._solved(v)
             goal = x + self._dt * v
             way = self._contact.way(x, goal)
-            if way.is_free():
+            if way.is_free() and not self._sinks(v):
                 return goal
             self._meet(way)
         drift = self._contact.drift(goal - x)
-        return x + drift + way.reach() * (goal - x - drift)
+        return self._outside(x + drift + way.reach() * (goal - x - drift))
+
+    def _outside(self, x: np.ndarray) -> np.ndarray:
+        """Positions (n, 3) with vertices back out of colliders that the whole was taken into, as far as they may go."""
+        if not self._colliders:
+            return x
+        pairs = self._colliders[0].pairs
+        ends = self._x[pairs.corners[:, 0]] + self._dt * self._least[:, None] * pairs.normals
+        short = np.einsum("ij,ij->i", pairs.normals, ends - x[pairs.corners[:, 0]])
+        short[(pairs.weights[:, 0] < 1) | (short < 0)] = 0.0
+        back = np.zeros_like(x)
+        np.add.at(back, pairs.corners[:, 0], short[:, None] * pairs.normals)
+        return x + self._contact.way(x, x + back).reach() * back if back.any() else x
 
     def lifted(self, after: State) -> State:
         """The state with what is too near moved apart a little, as the body follows; that makes no speed."""
@@ -176,9 +189,25 @@ class _Apart:
         pairs = hard.pairs
         soft = Touching(pairs, pressed, self._dt, self._stiffness(pairs), hard.friction)
         along = np.einsum("ij,ij->i", pairs.normals, pairs.at(self._own))
-        inwards = np.maximum(hard.least - along, 0.0)
-        soft.least = np.where(inwards > 0, along + hard.stiffness / soft.stiffness * inwards, hard.least)
+        inwards = np.maximum(self._least - along, 0.0)
+        soft.least = np.where(inwards > 0, along + hard.stiffness / soft.stiffness * inwards, self._least)
         return soft
+
+    def _kept(self, hard: Touching) -> np.ndarray:
+        """Least normal velocities (c,) of what may touch colliders; what the step takes out of one is to stay there."""
+        pairs = hard.pairs
+        along = np.einsum("ij,ij->i", pairs.normals, pairs.at(self._own))
+        out = np.minimum(along, hard.least - pairs.gaps / self._dt)
+        return np.where(hard.inside, np.maximum(hard.least, out), hard.least)
+
+    def _sinks(self, v: np.ndarray) -> bool:
+        """Whether something ends further inside a collider than it may; what does is pushed by so much more then."""
+        if not self._colliders:
+            return False
+        soft = self._colliders[0]
+        short = self._least - np.einsum("ij,ij->i", soft.pairs.normals, soft.pairs.at(v))
+        soft.least = np.maximum(soft.least + short, self._least)
+        return bool(self._dt * short.max() > SHALLOW)
 
     def _place(self, v: np.ndarray) -> np.ndarray:
         return self._x + self._dt * v
