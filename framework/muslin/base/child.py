@@ -25,6 +25,9 @@ from muslin.base import engine
 #: How much of what a process complains about is kept: the end [bytes].
 KEPT = 4096
 
+#: The shortest time a task may be given for an answer [s].
+SHORTEST = 0.5
+
 #: How long to wait for what has been killed [s].
 REST = 5.0
 

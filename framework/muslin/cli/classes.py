@@ -8,6 +8,7 @@ from typing import Annotated
 import typer
 
 from muslin.base import paths
+from muslin.base.child import SHORTEST
 from muslin.base.errors import MuslinError
 from muslin.base.text import one_line
 from muslin.cli.app import INTERRUPTED, Group, app
@@ -89,7 +90,7 @@ def class_grade(
     ] = None,
     safety: Annotated[Safety, typer.Option(help="How submissions are kept apart.")] = Safety.auto,
     deadline: Annotated[
-        float | None, typer.Option(help="Seconds a task may take. Default: the assignment's.", min=0.5)
+        float | None, typer.Option(help="Seconds a task may take. Default: the assignment's.", min=SHORTEST)
     ] = None,
 ) -> None:
     """Grade all submissions and write grades.csv and index.html. It can be stopped at any time and goes on later."""

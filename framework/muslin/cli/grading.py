@@ -10,6 +10,7 @@ from typing import Annotated
 import typer
 
 from muslin.base import paths
+from muslin.base.child import SHORTEST
 from muslin.base.errors import MuslinError
 from muslin.cli.app import app
 from muslin.cli.console import coloured, progress, say, say_raw
@@ -68,7 +69,7 @@ def grade(
         typer.Option(help="Folder for the reports. Without --format: the record and the HTML report."),
     ] = None,
     deadline: Annotated[
-        float | None, typer.Option(help="Seconds a task may take. Default: the assignment's.", min=0.5)
+        float | None, typer.Option(help="Seconds a task may take. Default: the assignment's.", min=SHORTEST)
     ] = None,
     student: Annotated[
         str | None,

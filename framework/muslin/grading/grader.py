@@ -15,7 +15,9 @@ from typing import Any
 
 from muslin import tasks
 from muslin.base import engine, paths, runtime
-from muslin.base.errors import MuslinError
+from muslin.base import handed as handed_over
+from muslin.base.child import SHORTEST
+from muslin.base.errors import MuslinError, choices
 from muslin.base.version import __version__
 from muslin.grading import checks, simulating
 from muslin.grading.checks import Verdict
@@ -83,6 +85,9 @@ def grade(
         assignment, hidden data or safety level.
     """
     began = time.monotonic()
+    deadline = _deadline(deadline)
+    if not isinstance(submission, Handed):
+        submission = handed_over.path("submission", submission)
     if assignment is None and not isinstance(submission, Handed):
         assignment = answered(submission)
     table = tasks.assignment(assignment or USUAL)
@@ -91,6 +96,11 @@ def grade(
         student = student or constants.NOBODY
     table = _of_student(table, handed, student or handed.student)
     if only:
+        only = [only] if isinstance(only, str) else list(only)
+        if unknown := [name for name in only if name not in table.tasks]:
+            raise MuslinError(
+                f"{paths.bare(table.name)} has no task {unknown[0]!r}.", choices(unknown[0], table.tasks)
+            )
         table = replace(table, tasks={name: task for name, task in table.tasks.items() if name in only})
     folder, secret = instructors_data(hidden, table)
     drawn_from = _seed(seed, handed, secret)
@@ -126,6 +136,13 @@ def grade(
             "tasks": {name: round(spent, 3) for name, spent in stages.seconds.items()},
         },
     )
+
+
+def _deadline(deadline: float | None) -> float | None:
+    """Processor time a task may take [s], if one was given."""
+    if deadline is not None and handed_over.number("deadline", deadline) < SHORTEST:
+        raise MuslinError(f"deadline = {deadline} s is too short.", f"Give at least {SHORTEST} s.")
+    return deadline
 
 
 def _is_ours(submission: Path, table: Assignment) -> bool:

@@ -14,6 +14,7 @@ either is refused with a `MeshError` that names the file, the line or element, h
 `ply` `stl`     PLY and STL, as text and binary
 `vtk` `vtkxml`  VTK's files: legacy; VTU and VTP; `vtkcells` says which of their cells are faces
 `gmsh`          Gmsh, through meshio on a short leash
+`handing`       `taken`: a mesh as callers hand it over
 `polygons`      what a file holds before it is triangles, and cutting polygons up
 `refusals`      the words for a file that cannot be read
 `tets`          `TetMesh`, what it must satisfy, and its surface
@@ -28,6 +29,7 @@ either is refused with a `MeshError` that names the file, the line or element, h
 """
 
 from muslin.mesh.files import load, save
+from muslin.mesh.handing import taken
 from muslin.mesh.refinement import Refinement
 from muslin.mesh.shapes import grid, sector, unstructured
 from muslin.mesh.solids import ball, block
@@ -60,6 +62,7 @@ __all__ = [
     "principal_stretches",
     "save",
     "sector",
+    "taken",
     "unstructured",
     "vertex_normals",
 ]

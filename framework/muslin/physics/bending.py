@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from muslin.base import runtime
+from muslin.base import handed, runtime
 from muslin.base.errors import MuslinError, choices
 from muslin.physics.hinge_weights import cross, dot, launched, weights
 
@@ -138,7 +138,7 @@ def require_model(name: str, stiffness: float) -> None:
     """
     if name not in MODELS:
         raise MuslinError(f"bending = {name!r} is not understood.", choices(name, MODELS))
-    if not (np.isfinite(stiffness) and stiffness >= 0):
+    if not handed.number("bending_stiffness", stiffness) >= 0:
         raise MuslinError(
             f"bending_stiffness = {stiffness} must not be negative.", "In N m: cotton has about 1e-5."
         )

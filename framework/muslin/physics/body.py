@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from muslin.base import runtime
+from muslin.base import handed, runtime
 from muslin.base.errors import MuslinError
 from muslin.physics.roles import Roles
 from muslin.tasks import Functions
@@ -213,18 +213,25 @@ class Body:
         MuslinError
             If the shape is wrong.
         """
-        x = (
-            np.ascontiguousarray(x, dtype=np.float64).reshape(-1, 3)
-            if np.size(x) == self.X.size
-            else np.asarray(x)
-        )
-        if x.shape != self.X.shape:
-            raise MuslinError(f"Positions have shape {x.shape}; this {self.word} needs {self.X.shape}.")
+        x = self.at_vertices(x, "Positions")
         runtime.start()  # should somebody else have restarted the engine
         for element in self._distinct:
             element.update(x)
         if self.bending:
             self.bending.element.update(x)
+
+    def at_vertices(self, values: Any, what: str) -> np.ndarray:
+        """One row for each vertex, (n, 3), of an array of this shape or flat.
+
+        Raises
+        ------
+        MuslinError
+            If it is none of real numbers, or of another shape.
+        """
+        array = handed.real(what, values)
+        if array.size != self.X.size:
+            raise MuslinError(f"{what} have shape {array.shape}; this {self.word} needs {self.X.shape}.")
+        return np.ascontiguousarray(array, dtype=np.float64).reshape(-1, 3)
 
     #: Whether Newton's method may take its Hessian as it is, near the end of a step.
     exact_near_rest = False
@@ -302,6 +309,7 @@ class Body:
 
     def kinetic_energy(self, v: np.ndarray) -> float:
         """1/2 qdot^T M qdot [J] for velocities v (n, 3)."""
+        v = self.at_vertices(v, "Velocities")
         if self._moving is None:
             self._moving = self._moving_energies()
         return float(self._moving(v).sum())
@@ -311,6 +319,7 @@ class Body:
 
         Of positions and velocities (n, 3), with the consistent mass matrix.
         """
+        x, v = self.at_vertices(x, "Positions"), self.at_vertices(v, "Velocities")
         carried = self.scalar_mass @ v
         weights = np.asarray(self.scalar_mass.sum(axis=1)).ravel()
         middle = weights @ x / weights.sum()

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from muslin.base import runtime
+from muslin.base import handed, runtime
 from muslin.base.errors import MuslinError
 from muslin.physics.bending import require_model
 from muslin.physics.body import OTHERS, PARTS, Body
 from muslin.physics.invariants import weights
 from muslin.physics.roles import Roles, checked
-from muslin.tasks import Functions
+from muslin.tasks import Functions, taken
 from muslin.tasks.wiring import as_called
 
 if TYPE_CHECKING:
@@ -68,9 +68,9 @@ class Cloth(Body):
         Density [kg/m^3].
     h : float
         Thickness [m].
-    functions : Functions, optional
-        A folder's functions, from `muslin.load`: the lecture's 3x3 element. Without them the framework's own
-        3x2 element.
+    functions : Functions or path, optional
+        A folder's functions, from `muslin.load`, or the folder: the lecture's 3x3 element. Without them the
+        framework's own 3x2 element.
     energy : {"linearised", "area", "volumetric", "green", "green-area", "neo-hookean"}
         Energy of the stretches, or one of your own (see `muslin.physics.invariants`). The default is the one that the
         functions' assignment asks for, which alone uses the student's strain energy; without functions the linearised.
@@ -103,7 +103,7 @@ class Cloth(Body):
         lam: float,
         rho: float = 1.0,
         h: float = 1.0,
-        functions: Functions | None = None,
+        functions: Functions | Path | str | None = None,
         energy: str = "",
         hessian: str = "closed",
         stand_ins: Iterable[str] = (),
@@ -112,21 +112,19 @@ class Cloth(Body):
         exact_bending: bool = True,
         lasting: bool = True,
     ):
-        functions = None if functions is None else as_called(functions)
+        functions = None if (given := taken(functions)) is None else as_called(given)
         written = (functions.assignment.energy if functions is not None else "") or ENERGIES[0]
         energy = energy or written
         _check_parameters(mu, lam, rho, h, energy, hessian)
         require_model(bending, bending_stiffness)
         runtime.start()
-        from muslin.mesh import Mesh, area_and_normal, load
+        from muslin import mesh as meshes
         from muslin.physics.elements.element import Membrane, Rest
 
-        if isinstance(mesh, (str, Path)):
-            mesh = load(mesh)
-        self.mesh = mesh if isinstance(mesh, Mesh) else Mesh.from_arrays(*mesh)
+        self.mesh = meshes.taken(mesh, meshes.Mesh)
         X = np.ascontiguousarray(self.mesh.vertices, dtype=np.float64)
         self.triangles = np.ascontiguousarray(self.mesh.triangles, dtype=np.int32)
-        self.area, self.normal = area_and_normal(X, self.triangles)
+        self.area, self.normal = meshes.area_and_normal(X, self.triangles)
         self.mu, self.lam, self.rho, self.h = float(mu), float(lam), float(rho), float(h)
         self.road = hessian
         self.roles, self.needs = (
@@ -203,7 +201,7 @@ class Cloth(Body):
         """Principal stretches of every triangle, (m, 2), larger first, at positions x (n, 3)."""
         from muslin.mesh import principal_stretches
 
-        return principal_stretches(self.X, x, self.triangles)
+        return principal_stretches(self.X, self.at_vertices(x, "Positions"), self.triangles)
 
 
 def _require_tasks(functions: Functions | None, needs: Mapping[str, tuple[str, ...]]) -> None:
@@ -219,9 +217,8 @@ def _require_tasks(functions: Functions | None, needs: Mapping[str, tuple[str, .
 
 def _check_parameters(mu: float, lam: float, rho: float, h: float, energy: str, hessian: str) -> None:
     for name, value in {"mu": mu, "rho": rho, "h": h}.items():
-        if not (np.isfinite(value) and value > 0):
-            raise MuslinError(f"{name} = {value} must be positive.")
-    if not (np.isfinite(lam) and lam > -mu):
+        handed.positive(name, value)
+    if not handed.number("lam", lam) > -mu:
         raise MuslinError(
             f"lam = {lam} must be a number above -mu = {-mu}.", "Otherwise the cloth is unstable at rest."
         )

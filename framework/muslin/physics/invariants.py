@@ -28,6 +28,8 @@ def weights(energy: str) -> Weights | None:
     MuslinError
         If what follows the name are not four numbers.
     """
+    if not isinstance(energy, str):
+        return None
     name, colon, numbers = energy.partition(":")
     if not colon:
         return INVARIANTS.get(name)

@@ -9,11 +9,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from muslin.base import runtime
+from muslin.base import handed, runtime
 from muslin.base.errors import MuslinError, choices
 from muslin.physics.body import PARTS, Body
 from muslin.physics.roles import Roles, checked
-from muslin.tasks import Functions
+from muslin.tasks import Functions, taken
 
 if TYPE_CHECKING:
     from muslin.mesh import TetMesh
@@ -65,8 +65,8 @@ class Solid(Body):
         The other energies take mu = 2 C and lam = 2 D - 4/3 C, which are the same for small strains.
     rho : float
         Density [kg/m^3].
-    functions : Functions, optional
-        A folder's functions, from `muslin.load`. Without them the framework's own element.
+    functions : Functions or path, optional
+        A folder's functions, from `muslin.load`, or the folder. Without them the framework's own element.
     energy : {"neo-hookean", "corotated", "st-venant-kirchhoff", "stable-neo-hookean"}
         Strain energy; only the first one uses a student's. It is infinite where a tetrahedron is inverted.
     stand_ins : names of tasks
@@ -86,19 +86,18 @@ class Solid(Body):
         C: float,
         D: float,
         rho: float = 1.0,
-        functions: Functions | None = None,
+        functions: Functions | Path | str | None = None,
         energy: str = ENERGIES[0],
         stand_ins: Iterable[str] = (),
     ):
+        functions = taken(functions)
         _check_parameters(C, D, rho, energy)
         runtime.start()
-        from muslin.mesh import TetMesh, load_tets
+        from muslin import mesh as meshes
         from muslin.mesh.surface import frozen
         from muslin.physics.elements.tetrahedron import RestSolid
 
-        if isinstance(mesh, (str, Path)):
-            mesh = load_tets(mesh)
-        self.solid = mesh if isinstance(mesh, TetMesh) else TetMesh.from_arrays(*mesh)
+        self.solid = meshes.taken(mesh, meshes.TetMesh)
         X = np.ascontiguousarray(self.solid.vertices, dtype=np.float64)
         cells = np.ascontiguousarray(self.solid.cells, dtype=np.int32)
         self.C, self.D, self.rho, self.energy_name = float(C), float(D), float(rho), energy
@@ -165,7 +164,7 @@ class Solid(Body):
         rest = self.X[self.cells[:, 1:]] - self.X[self.cells[:, :1]]
         # gradient i is V P g_i, and the edges are the inverse of the g_i
         P = np.einsum("mia,mib->mab", forces, rest) / self.volume[:, None, None]
-        F = deformation_gradients(self.X, np.asarray(x, dtype=np.float64).reshape(-1, 3), self.cells)
+        F = deformation_gradients(self.X, self.at_vertices(x, "Positions"), self.cells)
         sigma = P @ np.swapaxes(F, 1, 2) / np.linalg.det(F)[:, None, None]
         deviator = sigma - np.trace(sigma, axis1=1, axis2=2)[:, None, None] / 3 * np.eye(3)
         return np.asarray(np.sqrt(1.5 * (deviator**2).sum(axis=(1, 2))))
@@ -187,7 +186,6 @@ def _require_tasks(functions: Functions | None) -> None:
 
 def _check_parameters(C: float, D: float, rho: float, energy: str) -> None:
     for name, value in {"C": C, "D": D, "rho": rho}.items():
-        if not (np.isfinite(value) and value > 0):
-            raise MuslinError(f"{name} = {value} must be positive.")
+        handed.positive(name, value)
     if energy not in ENERGIES:
         raise MuslinError(f"A solid has no energy {energy!r}.", choices(energy, ENERGIES))

@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from muslin import render
-from muslin.base import paths
+from muslin.base import handed, paths
 from muslin.base.errors import MuslinError, choices
 from muslin.mesh.surface import frozen
 from muslin.physics.colliders import Capsule, Sphere
@@ -296,7 +296,9 @@ def _pictures(
     every: int = 1,
 ) -> list[Path]:
     """Write a still and a film; returns the files."""
-    still = show.scene.still if still is None else still
+    still = show.scene.still if still is None else handed.number("still", still)
+    if still is not None and still < 0:
+        raise MuslinError(f"still = {still:g} s is before the run begins.", "It begins at 0.")
     k = len(show.times) - 1 if still is None else int(np.argmin(np.abs(show.times - still)))
     written = [render.write_png(beside(base, ".png"), show.still(min(k, show.whole)))]
     if film is not None:

@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from muslin import mesh as meshes
-from muslin.base import paths
+from muslin.base import handed, paths
 from muslin.base.errors import MuslinError
 from muslin.mesh import Mesh, Refinement, TetMesh
 from muslin.physics.barrier import Barrier
@@ -25,7 +25,7 @@ from muslin.simulation.marching import Run, march
 from muslin.simulation.model import Model, State
 from muslin.simulation.runs import RunFolder, Writer
 from muslin.simulation.scenes import Scene
-from muslin.tasks import Functions, load
+from muslin.tasks import Functions, taken
 
 
 def build(
@@ -207,8 +207,9 @@ def simulate(
         if changed := [name for name, value in given.items() if value is not None]:
             raise MuslinError(f"A resumed run keeps its parameters: {', '.join(changed)} cannot change.")
         return _resume(scene, functions, steps, out, on_step)
+    out = None if out is None else handed.path("out", out)
     chosen, mesh = _chosen(scene, mesh, parameters if steps is None else parameters | {"steps": steps})
-    functions = load(functions) if isinstance(functions, (str, Path)) else functions
+    functions = taken(functions)
     model, state = build(chosen, functions, energy, hessian, mesh, stand_ins)
     if on_notice:
         for remark in chosen.remarks(mesh, model.pinned):
@@ -242,11 +243,9 @@ def _chosen(
     if isinstance(mesh, (str, Path)):
         parameters, mesh = parameters | {"mesh": str(mesh)}, None
     chosen = (
-        scenes.get(scene, **parameters) if isinstance(scene, str) else scenes.override(scene, **parameters)
+        scenes.override(scene, **parameters) if isinstance(scene, Scene) else scenes.get(scene, **parameters)
     )
-    if isinstance(mesh, tuple):
-        mesh = chosen.MESH.from_arrays(*mesh)
-    return chosen, chosen.load_mesh() if mesh is None else chosen.scaled(mesh)
+    return chosen, chosen.load_mesh() if mesh is None else chosen.scaled(meshes.taken(mesh, chosen.MESH))
 
 
 def _require_repeatable(scene: Scene) -> None:
@@ -290,7 +289,7 @@ def _resume(
     chosen = folder.scene if steps is None else replace(folder.scene, steps=steps)
     if functions is None and recorded["functions"]:
         functions = recorded["functions"]
-    functions = load(functions) if isinstance(functions, (str, Path)) else functions
+    functions = taken(functions)
     mesh = chosen.MESH.from_arrays(folder.X, folder.triangles if folder.cells is None else folder.cells)
     mesh = replace(mesh, numbers=folder.numbers)
     stand_ins = recorded.get("stand_ins", ())

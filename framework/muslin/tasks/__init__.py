@@ -5,7 +5,7 @@ path, so any folder with those files is a submission; one broken file costs only
 """
 
 from muslin.tasks.kinds import form, kind_of
-from muslin.tasks.loading import Functions, answered, failure_of, is_stub, load, usable
+from muslin.tasks.loading import Functions, answered, failure_of, is_stub, load, taken, usable
 from muslin.tasks.manifest import (
     EXPERIMENTS,
     MANIFEST,
@@ -37,5 +37,6 @@ __all__ = [
     "load",
     "named_in",
     "read_assignment",
+    "taken",
     "usable",
 ]

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.base import engine, runtime
+from muslin.base import engine, handed, runtime
 from muslin.base.errors import MuslinError
 from muslin.reading.compile_errors import LIST, explained, misshapen
 from muslin.reading.source import remember
@@ -50,9 +50,12 @@ def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = 
         If an argument is missing, unknown, or has the wrong shape.
     """
     usable(function)
+    if not callable(function):
+        raise MuslinError(f"{handed.short(function)} is not a function to evaluate.")
+    arrays = {name: handed.real(f"Argument {name}", array) for name, array in arrays.items()}
     task: Task | None = getattr(function, "task", None)
     if task is not None and task.in_python:
-        return plain.evaluate(function, task, {name: np.asarray(array) for name, array in arrays.items()})
+        return plain.evaluate(function, task, arrays)
     names = kept(function, "names", lambda: tuple(inspect.signature(function).parameters))
     title = task.name if task else getattr(function, "__name__", "function")
     if set(arrays) != set(names):
@@ -65,8 +68,8 @@ def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = 
         kinds = tuple(value.kind for value in task.arguments)
     else:
         known = _given(function)[0]
-        kinds = known or tuple(_kind(title, name, np.asarray(arrays[name])) for name in names)
-    inputs, batch = _batched(title, names, kinds, [np.asarray(arrays[name]) for name in names])
+        kinds = known or tuple(_kind(title, name, arrays[name]) for name in names)
+    inputs, batch = _batched(title, names, kinds, [arrays[name] for name in names])
     outputs = [_empty(kind, batch) for kind in results]
     if batch == 0:
         return outputs[0] if len(outputs) == 1 else tuple(outputs)

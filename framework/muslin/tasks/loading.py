@@ -16,7 +16,7 @@ from types import ModuleType
 from typing import Any
 
 from muslin import reading
-from muslin.base import paths
+from muslin.base import handed, paths
 from muslin.base.engine import inside
 from muslin.base.errors import MuslinError, NotImplementedYet, StudentCodeError
 from muslin.reading import vocabulary
@@ -71,7 +71,7 @@ def load(folder: Path | str, table: Assignment | str | None = None) -> Functions
     MuslinError
         If the folder does not exist. Faults inside the files are kept for the tasks they concern.
     """
-    folder = Path(folder)
+    folder = handed.path("functions", folder)
     if not folder.is_dir():
         raise MuslinError(
             f"There is no folder {paths.shown(folder)}.", "Name a folder with the assignment's files."
@@ -88,6 +88,24 @@ def load(folder: Path | str, table: Assignment | str | None = None) -> Functions
         folder,
         table,
         {name: _find(task, modules[task.file], folder, table) for name, task in table.tasks.items()},
+    )
+
+
+def taken(functions: Any) -> Functions | None:
+    """What was given as a folder's functions: loaded already, the folder's path, or none.
+
+    Raises
+    ------
+    MuslinError
+        If it is something else, or there is no such folder.
+    """
+    if functions is None or isinstance(functions, Functions):
+        return functions
+    if isinstance(functions, (str, Path)):
+        return load(functions)
+    raise MuslinError(
+        f"{handed.short(functions)} has no task functions.",
+        "Give what muslin.load returned, or the folder's path.",
     )
 
 

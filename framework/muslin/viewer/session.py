@@ -24,7 +24,7 @@ from muslin.simulation.integrators import steps
 from muslin.simulation.model import Model, Spring, State
 from muslin.simulation.scenes import Scene
 from muslin.simulation.simulating import adapter_for, build
-from muslin.tasks import Functions, failure_of, load
+from muslin.tasks import Functions, failure_of, taken
 from muslin.viewer.pace import Pace
 
 #: Parts of a simulation (keys of `muslin.physics.stand_ins.needs`) that a session computes, and what to call them.
@@ -338,7 +338,7 @@ def begin(
     chosen = (
         scenes.override(scene, **parameters) if isinstance(scene, Scene) else scenes.get(scene, **parameters)
     )
-    functions = load(functions) if isinstance(functions, (str, Path)) else functions
+    functions = taken(functions)
     if stand_ins is None:
         stand_ins = faults(functions) if functions is not None else {}
     mesh = chosen.load_mesh()

@@ -19,7 +19,7 @@ SCENES = CLOTHS + SOLIDS
 __all__ = ["CLOTHS", "SCENES", "SOLIDS", "Scene", "get", "override"]
 
 
-def get(name: str, **overrides: Any) -> Scene:
+def get(name: str, /, **overrides: Any) -> Scene:
     """Scene by name, with some parameters changed.
 
     Raises
@@ -27,7 +27,7 @@ def get(name: str, **overrides: Any) -> Scene:
     MuslinError
         If there is no such scene, no such parameter, or a value makes no sense; the message lists what there is.
     """
-    if name not in SCENES:
+    if not isinstance(name, str) or name not in SCENES:
         raise MuslinError(f"There is no scene {name!r}.", choices(name, SCENES))
     scene: Scene = import_module(f"muslin.simulation.scenes.{name}").SCENE
     return override(scene, **overrides)

@@ -226,6 +226,8 @@ class Scene:
         else:
             try:
                 numbers = [int(word) for word in str(self.pinned).replace(",", " ").split()]
+                if not numbers:
+                    raise ValueError
             except ValueError:
                 raise MuslinError(
                     f"pinned = {self.pinned!r} is not understood.",
@@ -285,7 +287,7 @@ FAR_OFF = 10.0
 _FIXED = {"name", "title", "size", "start", "colliders", "carried"}
 
 
-def override(scene: Scene, **values: Any) -> Scene:
+def override(scene: Scene, /, **values: Any) -> Scene:
     """Copy of a scene with some parameters changed; text is converted to the parameter's type.
 
     Raises

@@ -37,7 +37,9 @@ def converted(name: str, value: Any, kind: str) -> Any:
             return vector
         if kind.startswith("float"):
             return None if "None" in kind and (value is None or value == "none") else _number(value)
-        return ",".join(map(str, value)) if isinstance(value, (list, tuple)) else str(value)
+        if isinstance(value, (list, tuple, np.ndarray)):
+            return ",".join(map(str, np.ravel(value).tolist())) or "none"
+        return str(value)
     except (ValueError, TypeError, KeyError, OverflowError, ZeroDivisionError):
         wanted = {"bool": "on or off", "int": "a whole number", "Vec": "three numbers such as 0,-9.81,0"}
         raise MuslinError(f"{name} = {value!r} is not {wanted.get(kind, 'a number')}.") from None
