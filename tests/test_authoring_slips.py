@@ -11,6 +11,7 @@ import shutil
 import sys
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import muslin
@@ -18,7 +19,7 @@ from muslin import cli
 from muslin.authoring import lint, mistakes, reference_data, release
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.judging import judge, measured, reference
+from muslin.judging import judge, measured, properties, reference
 from muslin.judging.judge import secret
 from muslin.tasks.authored import AuthorError
 
@@ -238,6 +239,26 @@ def test_a_slip_keeps_a_class_from_being_graded_in_words_of_its_own(course):
         muslin.grade("solutions/toy", "toy")
 
 
+def test_a_property_that_raises_is_its_authors_and_answers_that_cannot_be_computed_with_are_not(course):
+    good = {"x": np.zeros((5, 4))}, (np.ones((5, 4)), np.ones(5))
+    for raises, breaks in (
+        ("np.linalg.inv(np.zeros((2, 2)))", True),
+        ("[1, 2][int(9 * out[1][0])]", True),
+        ("np.zeros(3) + np.zeros(4)", False),
+        ("nothing", False),
+    ):
+        path = Path("solutions/toy/practice/descent.py")
+        path.write_text(re.sub(r"lambda a, out: .*", f"lambda a, out: {raises},", path.read_text()))
+        (prop,) = judge("toy", "descend").properties
+        if breaks:
+            assert properties.judge(prop, *good) == np.inf
+        else:
+            with pytest.raises(
+                AuthorError, match=r"practice/descent\.py, line \d+: the property 'the way is what x"
+            ):
+                properties.judge(prop, *good)
+
+
 def test_a_whole_number_where_a_truth_is_a_scalar_is_no_integer(course):
     edit("reference.py", "return energy([entry for row in F for entry in row], mu)", "return 3")
     reference_data.build("toy", cases=2)
@@ -320,8 +341,6 @@ def test_without_what_is_recorded_it_would_be_wrong_there(at_rest, monkeypatch):
 
 
 def test_terms_that_students_have_as_a_function_are_not_recorded(course):
-    import numpy as np
-
     assert judge("toy", "psi").terms is not None
     for task, recorded in (("psi", False), ("deformation_gradient", True), ("edges", False)):
         with np.load(f"data/reference/toy/{task}.npz") as data:

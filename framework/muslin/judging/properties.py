@@ -13,6 +13,11 @@ import numpy as np
 
 from muslin.judging.judge import Arrays, Given, Outputs, Property
 from muslin.judging.judge import judge as judge_of
+from muslin.tasks.authored import AuthorError
+
+#: What is raised where what a function answered cannot be computed with, though it has the right shape;
+#: an `IndexError`, too, where it is an index.
+OF_VALUES = (ArithmeticError, np.linalg.LinAlgError)
 
 
 def draw(assignment: str, task: str, seed: str) -> tuple[tuple[Property, Arrays], ...]:
@@ -63,6 +68,8 @@ def judge(prop: Property, inputs: Given, outputs: Outputs) -> float:
 def errors(prop: Property, inputs: Given, outputs: Outputs) -> np.ndarray:
     """Relative error of each sample of a property, or of each group of samples, (k,); infinite if not finite.
 
+    Answers that cannot be computed with break a property; where the property itself is wrong, its author is told.
+
     Parameters
     ----------
     prop, inputs, outputs
@@ -71,8 +78,13 @@ def errors(prop: Property, inputs: Given, outputs: Outputs) -> np.ndarray:
     finite = [np.isfinite(output.reshape(len(output), -1)).all(axis=1) for output in outputs]
     if not np.all(finite):
         return np.where(np.all(finite, axis=0), 0.0, np.inf)
-    with np.errstate(all="ignore"):
-        found = prop.judge(inputs, outputs)
+    try:
+        with np.errstate(all="ignore"):
+            found = prop.judge(inputs, outputs)
+    except AuthorError as error:
+        if isinstance(error.raised, OF_VALUES) or type(error.raised) is IndexError:  # no axis too many
+            return np.full(len(outputs[0]), np.inf)
+        raise
     return np.where(np.isfinite(found), found, np.inf)
 
 

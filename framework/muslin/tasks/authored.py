@@ -36,13 +36,20 @@ class AuthorError(MuslinError):
         What is wrong: without a full stop.
     do : str
         What to do, in a sentence.
-    numeric : bool
-        Whether numbers made it fail (`NUMERIC`).
+    raised : Exception, optional
+        What one of their functions raised.
     """
 
-    def __init__(self, where: str, what: str, do: str = "Correct it there.", numeric: bool = False):
+    def __init__(
+        self, where: str, what: str, do: str = "Correct it there.", raised: BaseException | None = None
+    ):
         super().__init__(f"{where}: {what}.", do)
-        self.where, self.what, self.do, self.numeric = where, what, do, numeric
+        self.where, self.what, self.do, self.raised = where, what, do, raised
+
+    @property
+    def numeric(self) -> bool:
+        """Whether numbers made it fail."""
+        return isinstance(self.raised, NUMERIC)
 
 
 def place(function: Any, file: str = "") -> str:
@@ -96,7 +103,7 @@ def _told(
         do = f"Name its arguments as the manifest does: ({asked})." if named else do
         return AuthorError(place(function, file), f"{words} takes ({takes}), and is given {asked}", do)
     where = f"{paths.shown(own[-1].filename)}, line {own[-1].lineno}" if own else place(function, file)
-    return AuthorError(where, f"{words} raises {said(error).rstrip('.')}", do, isinstance(error, NUMERIC))
+    return AuthorError(where, f"{words} raises {said(error).rstrip('.')}", do, error)
 
 
 def _fits(function: Any, given: tuple[Any, ...], named: Mapping[str, Any]) -> bool:
