@@ -523,6 +523,7 @@ def test_a_loop_worked_out_at_once_comes_to_what_it_comes_to_pass_by_pass(body, 
 
     with np.errstate(all="ignore"), warnings.catch_warnings():
         warnings.simplefilter("ignore")
+        monkeypatch.setattr("muslin.reading.meaning.MANY", 9)
         at_once = Meaning(functions, "f", inputs)
         changes = Changes(at_once, [], {}).plain()
         quick = [at_once.results[0], *all_of_it(at_once, changes)]

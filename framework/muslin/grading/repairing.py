@@ -142,6 +142,7 @@ def looked_for(
             fewer = {key: array[some] for key, array in inputs.items()}
             right, sizes = [e[some] for e in expected], [size[some] for size in scales]
             small = Search(functions, name, fewer, right, sizes, place)
+            small.all = search
             change = small.found()
             return change if change is not None and search.is_right(change) else search.nothing()
     except (MuslinError, RecursionError, *IMPOSSIBLE):
@@ -178,6 +179,7 @@ class Search(Needs):
         self._nodes = {id(n): n for f in self.changes.scope.functions for n in ast.walk(f)}
         self._tried = 0
         self._stack: Stack | None = None
+        self.all: Search | None = None  # the same on all cases, where this one looks at some
         self._looked = 0
 
     def node(self, key: int) -> ast.AST | None:
@@ -202,7 +204,7 @@ class Search(Needs):
             since = 0
             for change, may_be in self._screened(itertools.islice(changes, LOOKED)):
                 try:
-                    right = may_be and self.is_right(change)
+                    right = may_be and self.is_right(change) and (not self.all or self.all.is_right(change))
                     if right and self._idle(change):
                         spare, right = spare or change, False
                 except IMPOSSIBLE:

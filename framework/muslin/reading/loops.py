@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from muslin.reading.meaning import Meaning
 
 #: Passes from which on a loop is dear, and is worked out at once or not at all; fewest that are worked out at once.
-MANY, FEWEST = 9, 2
+MANY, FEWEST = 28, 2
 
 #: Rows that are as dear as one step more, all passes at once; steps that it takes to put them beside each other.
 ROWS, BESIDE = 150, 60
