@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from enum import Enum
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import typer
 
@@ -21,7 +21,7 @@ from muslin.cli.app import (
     app,
     print_verdicts,
 )
-from muslin.cli.console import note, progress, say
+from muslin.cli.console import note, progress, say, say_raw
 
 
 class Road(str, Enum):
@@ -92,15 +92,25 @@ def simulate(
 
 
 @app.command()
-def scenes() -> None:
-    """List the scenes and their parameters."""
+def scenes(
+    scene: Annotated[
+        str | None, typer.Argument(help="Say what its parameters are and mean. Default: list the scenes.")
+    ] = None,
+    markdown: Annotated[bool, typer.Option("--markdown", help="The tables of docs/scenes.md.")] = False,
+) -> None:
+    """List the scenes, or the parameters of one: value, meaning, unit."""
     from muslin.simulation import scenes as known
+    from muslin.simulation.scenes import meanings
 
+    if markdown:
+        say_raw(meanings.tables())
+        return
+    if scene is not None:
+        say("\n".join(meanings.lines(known.get(scene))))
+        return
     for name in known.SCENES:
-        scene = known.get(name)
-        say(f"{name:10} {scene.title}")
-        changed = ", ".join(f"{k}={_plain(v)}" for k, v in scene.parameters().items() if v is not None)
-        say(f"           {changed}\n")
+        say(f"{name:10} {known.get(name).title}")
+    say("\nWhat can be set in one, and what it means: muslin scenes NAME")
 
 
 @app.command()
@@ -217,9 +227,3 @@ def _size(text: str) -> tuple[int, int]:
     except ValueError:
         raise MuslinError(f"--size {text!r} is not a picture size.", "For example: --size 1280x720") from None
     return width, height
-
-
-def _plain(value: Any) -> str:
-    if isinstance(value, tuple):
-        return ",".join(f"{v:g}" for v in value)
-    return f"{value:.6g}" if isinstance(value, float) else str(value)

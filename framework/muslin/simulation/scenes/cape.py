@@ -17,11 +17,11 @@ from muslin.simulation.scenes.scene import Scene
 class Cape(Scene):
     """Cape on a walking figure."""
 
-    walk_speed: float = 1.2  # [m/s]
-    turn_rate: float = 0.9  # amplitude of the turning [rad/s]
-    turn_period: float = 3.0  # [s]
-    stride: float = 0.35  # swing of the legs [rad]
-    spread: float = 0.85  # half angle of the cone the cape starts on [rad]
+    walk_speed: float = 1.2
+    turn_rate: float = 0.9
+    turn_period: float = 3.0
+    stride: float = 0.35
+    spread: float = 0.85
 
 
 HIP, NECK, HEAD = 0.95, 1.50, 1.66  # heights [m]

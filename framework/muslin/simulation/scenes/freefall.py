@@ -17,7 +17,7 @@ from muslin.simulation.scenes.scene import Scene
 class FreeFall(Scene):
     """Free fall; `cloths` chooses which of the two fall."""
 
-    cloths: str = "both"  # both, curled, rest
+    cloths: str = "both"
 
     def load_mesh(self) -> Mesh:
         """The scene's mesh, twice where both cloths fall."""

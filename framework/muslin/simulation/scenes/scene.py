@@ -75,72 +75,69 @@ def sphere_and_floor(scene: Scene, time: float) -> tuple[Collider, ...]:
 class Scene:
     """A cloth, what holds it, what pulls at it, what it meets, and how time passes.
 
-    Everything but the functions at the end can be overridden by name (`--set key=value`).
+    Everything but the functions at the end can be overridden by name (`--set key=value`); what each means, and its
+    unit, is in the table `muslin.simulation.scenes.meanings`, which `muslin scenes NAME` and docs/scenes.md show.
     """
 
     name: str
     title: str
-    mesh: str = "grid"  # "grid", a mesh Muslin ships, or a file
-    scale: str = "1"  # of the mesh: a factor on its coordinates, or "fit" for the size the scene is made for
-    resolution: int = 64  # vertices along each side of a grid
-    diagonals: str = "uniform"  # of a grid: uniform, alternating (where the mesh adapts) or zigzag
-    pinned: str = "none"  # none, highest-row, corners, collar, or vertex numbers
-    E: float | None = None  # Young's modulus [Pa] and Poisson's ratio, or the Lamé parameters
+    mesh: str = "grid"
+    scale: str = "1"
+    resolution: int = 64
+    diagonals: str = "uniform"
+    pinned: str = "none"
+    E: float | None = None
     nu: float | None = None
     mu: float | None = None
     lam: float | None = None
-    plane: str = "stress"  # what E and nu of a sheet mean: plane stress, strain, or the course's formula
-    swap_lame: bool = False  # pass lam for mu, as the original course's starter code did
-    rho: float = 1.0  # density [kg/m^3]
-    h: float = 1.0  # thickness [m]
-    damping: float = 0.0  # of the stiffness (Rayleigh's beta) [s]
+    plane: str = "stress"
+    swap_lame: bool = False
+    rho: float = 1.0
+    h: float = 1.0
+    damping: float = 0.0
     gravity: Vec = EARTH
     dt: float = 1 / 240
     steps: int = 480
-    frame_every: int = 4  # steps between frames
-    fps: int = 60  # of the video
+    frame_every: int = 4
+    fps: int = 60
     integrator: str = "linearly-implicit"
     solver: str = "auto"
-    contact: str = "filter"  # filter the solved velocity, or "solve" with the contacts in the system
-    bending: str = "off"  # a model in `muslin.physics.bending.MODELS`
-    bending_stiffness: float = COTTON  # flexural rigidity [N m]
-    self_collision: str = "off"  # of the body with itself: off, fast or exact (extra `contact`)
-    self_gap: float = 1e-3  # below which what touches itself is kept apart [m]
-    adaptive: bool = False  # whether the mesh is refined and coarsened while it moves
-    levels: int = 2  # of an adaptive mesh: each has three times the triangles
-    budget: int = 20000  # vertices of an adaptive mesh at most
-    adapt_every: int = 6  # steps from one look at an adaptive mesh to the next
-    look_ahead: float = (
-        0.04  # [s] an adaptive mesh is refined for where it is, and where it will be if it goes on so
-    )
-    refine_angle: float = 12.0  # between neighbouring triangles, from which they are refined [degrees]
-    refine_stretch: float = 0.1  # difference of their principal stretches, likewise; 0: any
-    flip_angle: float = (
-        30.0  # of folds from which no edge along them is exchanged, so that they store no energy
-    )
-    friction: float = 0.0  # Coulomb's, with colliders (contact=solve) and of the cloth with itself
-    stretch_limit: float = 0.0  # largest principal stretch a step may end with (above 1; 0: any)
+    contact: str = "filter"
+    bending: str = "off"
+    bending_stiffness: float = COTTON
+    self_collision: str = "off"
+    self_gap: float = 1e-3
+    adaptive: bool = False
+    levels: int = 2
+    budget: int = 20000
+    adapt_every: int = 6
+    look_ahead: float = 0.04
+    refine_angle: float = 12.0
+    refine_stretch: float = 0.1
+    flip_angle: float = 30.0
+    friction: float = 0.0
+    stretch_limit: float = 0.0
     project: bool = True
-    tolerance: float = 1e-8  # of Newton's method, in backward Euler
+    tolerance: float = 1e-8
     sphere: bool = False
     sphere_center: Vec = (0.0, 0.0, 0.0)
     sphere_radius: float = 0.3
     sphere_velocity: Vec = (0.0, 0.0, 0.0)
     wind: Vec = (0.0, 0.0, 0.0)
-    drag: float = 0.0  # of the air [kg/m^3]
+    drag: float = 0.0
     start_at: Vec = (0.0, 0.0, 0.0)
-    tilt: float = 0.0  # of a cloth that starts lying, about the x axis [degrees]
-    sag: float = 0.0  # how far corners hang below the middle of a sheet that falls onto a sphere [m]
+    tilt: float = 0.0
+    sag: float = 0.0
     start_velocity: Vec = (0.0, 0.0, 0.0)
-    stretch: Vec = (1.0, 1.0, 1.0)  # scales the start along each axis
-    drag_vertex: int = -1  # the mouse: which vertex (none: -1), where to, how stiff
+    stretch: Vec = (1.0, 1.0, 1.0)
+    drag_vertex: int = -1
     drag_to: Vec = (0.0, 0.0, 0.0)
     drag_stiffness: float = 1e3
-    view: Vec = (0.4, 0.35, 1.0)  # direction from the cloth to the camera
-    still: float | None = None  # time of the still [s]; none: the end
-    camera: str = "fit"  # "fit" the whole motion, or "follow" the cloth
-    ground: float | None = None  # height of the ground in the picture
-    floor: bool = False  # whether the ground is solid
+    view: Vec = (0.4, 0.35, 1.0)
+    still: float | None = None
+    camera: str = "fit"
+    ground: float | None = None
+    floor: bool = False
     size: float = 1.0  # longest side of the cloth the scene is made for [m]
     start: Callable[[Any, Any], np.ndarray] = as_it_is
     colliders: Callable[[Any, float], tuple[Collider, ...]] = sphere_and_floor

@@ -21,23 +21,21 @@ from muslin.tasks import Functions
 class SolidScene(Scene):
     """A solid, what holds it, what pulls at it, what it meets, and how time passes."""
 
-    mesh: str = "bar"  # "bar", "ball", "creature" (as large as the scene wants it), or a file of tetrahedra
-    resolution: int = (
-        5  # vertices across a bar or a ball; tetrahedra across the creature are a tenth of its width
-    )
-    length: float = 1.0  # of the bar, along x [m]
-    thickness: float = 0.25  # of the bar, along y and z [m]
+    mesh: str = "bar"
+    resolution: int = 5
+    length: float = 1.0
+    thickness: float = 0.25
     E: float | None = 5e4
     nu: float | None = 0.4
     rho: float = 1000.0
-    plane: str = "strain"  # of sheets only
-    course_parameters: bool = False  # D = lam/2, as the course has it, instead of lam/2 + mu/3
+    plane: str = "strain"
+    course_parameters: bool = False
     integrator: str = "backward-euler"
     contact: str = "solve"
     dt: float = 1 / 120
     frame_every: int = 2
-    drag_until: float | None = None  # when the mouse lets go [s]
-    drag_point: str = "none"  # the vertex nearest to this undeformed point, instead of drag_vertex: 0,1,0
+    drag_until: float | None = None
+    drag_point: str = "none"
 
     ENERGIES: ClassVar[tuple[str, ...]] = ENERGIES
     MESH: ClassVar[type[Mesh] | type[TetMesh]] = TetMesh

@@ -15,7 +15,7 @@ from muslin.simulation.scenes.solid import SolidScene
 class Twist(SolidScene):
     """A bar that starts twisted about its long axis, its left end held."""
 
-    turns: float = 1.0  # by which the right end starts turned against the left one
+    turns: float = 1.0
 
 
 def wound(scene: Any, mesh: Any) -> np.ndarray:
