@@ -20,6 +20,7 @@ from muslin.physics.skinning import bind
 from muslin.physics.solid import ENERGIES, Solid, constants
 from muslin.present import demo_solids, film, pictures
 from muslin.present.strain import vertex_stress
+from muslin.render import stage
 from muslin.simulation import scenes
 from muslin.simulation.model import Model
 from muslin.simulation.runs import RunFolder
@@ -174,7 +175,9 @@ def test_what_is_held_is_held_and_where_is_said_by_place():
     scene = scenes.get("wobble")
     mesh = scene.load_mesh()
     held = scene.pinned_vertices(mesh)
-    np.testing.assert_array_equal(held, np.flatnonzero(mesh.vertices[:, 1] <= mesh.vertices[:, 1].min() + 3))
+    np.testing.assert_array_equal(
+        held, np.flatnonzero(mesh.vertices[:, 1] <= mesh.vertices[:, 1].min() + 0.03)
+    )
     run = muslin.simulate(scene, steps=3)
     np.testing.assert_array_equal(run.x[held], run.x0[held])
     bar = scenes.get("beam", pinned="left:0,right:0")
@@ -236,6 +239,32 @@ def test_a_spring_that_has_let_go_was_called_and_a_wrong_one_is_seen(tmp_path):
     stood_in = muslin.simulate("jelly", functions=tmp_path / "mine", stand_ins=["spring_force"], **settings)
     assert "spring_force" not in stood_in.uses
     np.testing.assert_allclose(stood_in.x, native.x, rtol=0, atol=1e-12)
+
+
+def test_a_wall_is_drawn_where_a_whole_end_is_held():
+    for pinned, sides in (("left:0", [-1]), ("left:0,right:0", [-1, 1]), ("lowest:0.01", [])):
+        scene = scenes.get("beam", pinned=pinned)
+        mesh = scene.load_mesh()
+        found = stage.walls(mesh.vertices, scene.pinned_vertices(mesh))
+        assert [np.sign(wall.vertices[:, 0].mean()) for wall in found] == sides
+        for wall in found:
+            assert np.abs(wall.vertices[:, 0]).min() == pytest.approx(
+                0.5
+            )  # it touches the end and is beyond it
+            assert (np.abs(wall.vertices).max(axis=0)[1:] > 0.1).all()
+    bear = scenes.get("jelly")
+    assert stage.walls(bear.load_mesh().vertices, bear.pinned_vertices(bear.load_mesh())) == []
+
+
+def test_wobble_wobbles():
+    """Its height swings through that at rest again and again, at energies of a thing of that size."""
+    run = muslin.simulate("wobble", steps=160)
+    elastic = run.energies.elastic
+    here, sooner, later = elastic[1:-1], elastic[:-2], elastic[2:]
+    swings = here[(here > sooner) & (here > later)]
+    assert len(swings) >= 3
+    assert swings[2] > 0.05 * elastic[0]
+    assert 100 < run.energies.total[0] < 1e4
 
 
 def test_the_mouse_lets_go():

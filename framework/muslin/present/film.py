@@ -24,7 +24,7 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -197,6 +197,7 @@ class _Opening:
     frames: list[np.ndarray]
     times: np.ndarray
     cells: np.ndarray | None = None
+    pinned: np.ndarray = field(default_factory=lambda: np.empty(0, np.int32))
 
     @property
     def rest(self) -> np.ndarray:
@@ -212,7 +213,8 @@ def _opening(scene: Scene) -> _Opening:
     mesh = scene.load_mesh()
     start, shown, cells = scene.start(scene, mesh), scene.skin(mesh), getattr(mesh, "cells", None)
     if shown is None:
-        return _Opening(scene, mesh.vertices, mesh.triangles, [start], np.zeros(1), cells)
+        held = scene.pinned_vertices(mesh)
+        return _Opening(scene, mesh.vertices, mesh.triangles, [start], np.zeros(1), cells, held)
     there = bind(shown, mesh).carry(start)
     return _Opening(scene, shown.vertices, shown.triangles, [there], np.zeros(1), cells)
 

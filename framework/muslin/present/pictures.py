@@ -83,6 +83,7 @@ class Show:
             self.cloth = render.Material("strain", lo=0.0, hi=2.0)
             self.legend = render.Legend(0.0, 2.0, "von Mises stress [kPa]", top=self._top / 1e3)
         self._cameras: dict[int, render.Camera] = {}
+        self._walls = [] if run.cells is None else stage.walls(run.X, run.pinned)
         self._ground = stage.ground(self.scene.ground or 0.0)
         self._fixed = None if around is None else render.fit_camera(around, self.scene.view, size)
 
@@ -124,17 +125,15 @@ class Show:
         return bind(frozen(self.run.rest, self.run.shown_triangles, "skin"), solid)
 
     def surfaces(self, k: int) -> list[render.Surface]:
-        """Cloth, colliders and ground in frame k."""
+        """What moves, what holds it, colliders and ground in frame k."""
         values = (
             None if self.legend is None else 1 + self.stress(k) / self._top if self._top else self.strain(k)
         )
         rest, triangles = self.run.mesh_of(k)
         uv = self.uv if rest is self.run.rest else stage.pattern(rest)
         cloth = render.Surface(self.frames[k], triangles, self.cloth, uv, values)
-        others = [
-            stage.collider_surface(c, stage.drawn_radius(c, self.scene.contact, self._longest))
-            for c in self.colliders(k)
-        ]
+        drawn = ((c, stage.drawn_radius(c, self.scene.contact, self._longest)) for c in self.colliders(k))
+        others = [*self._walls, *(stage.collider_surface(c, radius) for c, radius in drawn)]
         if self.scene.ground is not None:
             middle = self.frames[k].mean(axis=0) * (1, 0, 1)
             others.append(replace(self._ground, vertices=self._ground.vertices + middle))
@@ -186,7 +185,7 @@ class Show:
 
     def _points(self, k: int) -> np.ndarray:
         bodies = [stage.collider_corners(c) for c in self.colliders(k)]
-        return np.concatenate([self.frames[k], *bodies])
+        return np.concatenate([self.frames[k], *bodies, *(wall.vertices for wall in self._walls)])
 
     def picture(self, k: int) -> np.ndarray:
         """Frame k as a picture, (height, width, 3) uint8."""

@@ -7,7 +7,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from muslin.mesh import block
 from muslin.physics.colliders import Capsule, Sphere
+from muslin.render.materials import PROP
 from muslin.render.shapes import Surface, capsule_surface, ground_surface, sphere_surface
 
 #: Half the thickness that cloth is taken to have where it is drawn [m]: ground and colliders are drawn that much deeper
@@ -59,6 +61,24 @@ def collider_corners(collider: Sphere | Capsule) -> NDArray[np.float64]:
     centres = [collider.center] if isinstance(collider, Sphere) else [collider.a, collider.b]
     signs = np.array(np.meshgrid([-1, 1], [-1, 1], [-1, 1])).reshape(3, -1).T
     return np.concatenate([np.asarray(c) + collider.radius * signs for c in centres])
+
+
+def walls(rest: NDArray[np.float64], pinned: NDArray[np.integer]) -> list[Surface]:
+    """What a solid (n, 3) is held by that is held by its whole left or right end: a plate, half as wide again."""
+    found: list[Surface] = []
+    for side in (-1, 1):
+        end = (side * rest[:, 0]).max()
+        face = side * rest[:, 0] > end - 1e-9 * np.ptp(rest[:, 0])
+        size = np.ptp(rest[face], axis=0)[1:]
+        if not np.isin(np.flatnonzero(face), pinned).all() or not size.all():
+            continue
+        thickness = 0.2 * size.max()
+        plate = block(3, 9, 9, thickness, *(1.5 * size)).shell()
+        middle = (rest[face].min(axis=0) + rest[face].max(axis=0)) / 2 + (side * thickness / 2, 0, 0)
+        found.append(
+            Surface(plate.vertices + middle, plate.triangles, PROP, smooth=False, name="wall", prop=True)
+        )
+    return found
 
 
 def ground_height(height: float) -> float:

@@ -17,5 +17,5 @@ SCENE = SolidScene(
     steps=180,
     frame_every=1,
     view=(0.35, 0.25, 1.0),
-    still=0.5,
+    still=0.25,
 )
