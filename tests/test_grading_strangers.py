@@ -52,7 +52,7 @@ TASKS = sorted({(entry["assignment"], entry["task"]) for entry in SUITE})
 #: by eye, about 95 %), then 440; the fourth 275 of 325 (by eye 93 %, see its file), then 296; the
 #: fifth 247 of 270 (91.5 %; by eye 258, 95.6 %, see its file), then 262 (97 %);
 #: the sixth 157 of 167 (94.0 %; by eye 161, 96.4 %), then 162 (97 %);
-#: the seventh 446 of 493 (90.5 %; by eye 462, 93.7 %), then 336 of the first 351 (95.7 %).
+#: the seventh 446 of 493 (90.5 %; by eye 462, 93.7 %), then 381 of the first 397 (96.0 %).
 SHARE = {
     "first": (0.98, 0.97),
     "second": (0.93, 0.88),
@@ -60,7 +60,7 @@ SHARE = {
     "fourth": (0.89, 0.91),
     "fifth": (0.96, 0.93),
     "sixth": (0.96, 0.92),
-    "seventh": (0.94, 0.9),
+    "seventh": (0.93, 0.9),
 }
 
 #: Set to anything, this tries all mistakes, which takes minutes, and not one in six of them.

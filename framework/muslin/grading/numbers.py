@@ -54,4 +54,10 @@ def _numbers(search: Search) -> Iterator[Repair]:
                 if other == 1 and isinstance(outer, ast.BinOp) and isinstance(outer.op, ast.Pow):
                     continue  # it is no power
                 words = f"the number {stands:g}{scope.context(node)} is wrong{ratio(stands, other)}"
-                yield Repair("number", f"{stands}->{other}", node.lineno, words, {id(node): number(other)})
+                yield Repair(
+                    "number",
+                    f"{stands}->{other}",
+                    node.lineno,
+                    words,
+                    {id(node): number(float(other) if isinstance(stands, float) else other)},
+                )
