@@ -45,6 +45,7 @@ class Hidden:
     inputs: Arrays
     expected: tuple[np.ndarray, ...]
     terms: Terms = None
+    tolerance: float = reference.TOLERANCE
 
 
 #: Properties of a task, each with the inputs drawn for it.
@@ -77,7 +78,8 @@ def hidden(table: Assignment, task: str, seed: str, folder: Path | None = None) 
         more, answers = reference.cases(table.name, task, folder)
         inputs = {name: np.concatenate([array, more[name]]) for name, array in inputs.items()}
         expected = tuple(np.concatenate(pair) for pair in zip(expected, answers, strict=True))
-    return Hidden(inputs, expected, judge(table.name, task).terms)
+    own = judge(table.name, task)
+    return Hidden(inputs, expected, own.terms, own.tolerance)
 
 
 def instructors_cases(table: Assignment, folder: Path | None) -> int:
@@ -170,8 +172,8 @@ def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, source:
         verdict.add(_told("form", "form", fault, task, table, outcome.results, expected, inputs, source))
         return
     verdict.add(Check("form", "form", PASSED, "The shape, type and finiteness of the results are right."))
-    terms = judge(table.name, task.name).terms
-    compared = reference.compare(task, outcome.results, expected, inputs, terms=terms)
+    own = judge(table.name, task.name)
+    compared = reference.compare(task, outcome.results, expected, inputs, own.terms, own.tolerance)
     verdict.add(
         _told("public cases", "public", compared, task, table, outcome.results, expected, inputs, source)
     )
@@ -241,7 +243,8 @@ def _category(verdict: Verdict, cases: Hidden | None, outcome: Outcome | None) -
         return FAILED, "It gave no answer on hidden inputs: it raised an error, crashed, or took too long."
     if not all(np.isfinite(array).all() for array in outcome.results):
         return FAILED, "In some hidden cases the result is not finite. Can a division be by zero?"
-    if reference.compare(verdict.task, outcome.results, cases.expected, cases.inputs, terms=cases.terms).ok:
+    given = cases.expected, cases.inputs, cases.terms, cases.tolerance
+    if reference.compare(verdict.task, outcome.results, *given).ok:
         return PASSED, f"{len(cases.expected[0])} hidden cases agree."
     return FAILED, (
         "Wrong values in hidden cases, which are drawn like the public ones. Does the function rely on "

@@ -22,6 +22,7 @@ import numpy as np
 
 from muslin.base import paths
 from muslin.tasks.authored import AuthorError, guarded, imported
+from muslin.tasks.comparing import FORMULA, TOLERANCE
 
 Rng = np.random.Generator
 Arrays = dict[str, np.ndarray]
@@ -190,6 +191,11 @@ class Judge:
     conditions: Callable[[Given], Iterator[tuple[str, Any]]] | None = None
     steps: Callable[[Given], dict[str, Any]] | None = None
     derivative: Derivative | None = None
+
+    @property
+    def tolerance(self) -> float:
+        """Largest relative error of a right answer."""
+        return TOLERANCE if self.derivative is None else FORMULA
 
 
 #: What a part of a judge is called in a module: `<part>_<task>`.

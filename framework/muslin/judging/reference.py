@@ -85,7 +85,7 @@ def cases(
 
 
 def check(
-    functions: tasks.Functions, names: Iterable[str] | None = None, tolerance: float = TOLERANCE
+    functions: tasks.Functions, names: Iterable[str] | None = None, tolerance: float | None = None
 ) -> list[Verdict]:
     """Evaluate a folder's task functions on the public cases.
 
@@ -97,8 +97,8 @@ def check(
         From `muslin.load`.
     names : iterable of str, optional
         Which tasks; default all, in the order of the task table.
-    tolerance : float
-        Largest relative error of a right answer.
+    tolerance : float, optional
+        Largest relative error of a right answer; default each task's own.
 
     Returns
     -------
@@ -118,7 +118,7 @@ def check(
         except MuslinError as error:
             verdicts.append(Verdict(name, False, str(error)))
         else:
-            verdicts.append(
-                compare(table.tasks[name], got, expected, inputs, judge(table.name, name).terms, tolerance)
-            )
+            own = judge(table.name, name)
+            allowed = own.tolerance if tolerance is None else tolerance
+            verdicts.append(compare(table.tasks[name], got, expected, inputs, own.terms, allowed))
     return verdicts

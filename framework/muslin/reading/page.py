@@ -131,6 +131,14 @@ def is_taichi(node: ast.expr, *names: str) -> bool:
     )
 
 
+def free(node: ast.AST) -> list[ast.Name]:
+    """Names that a function uses and gives no meaning itself, as an argument, a variable, or a loop's."""
+    own = {n.arg for n in nodes(node) if isinstance(n, ast.arg)}
+    names = [n for n in nodes(node) if isinstance(n, ast.Name)]
+    own |= {n.id for n in names if not isinstance(n.ctx, ast.Load)}
+    return [n for n in names if n.id not in own]
+
+
 def used(functions: dict[str, ast.FunctionDef], name: str) -> list[str]:
     """A function of the file and those it uses, itself first."""
     found: list[str] = []

@@ -102,8 +102,8 @@ def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any, p
     from muslin.judging import reference
     from muslin.reading import source
 
-    terms = judge(table.name, name).terms
-    verdict = reference.compare(table.tasks[name], outputs, expected, inputs, terms=terms)
+    own = judge(table.name, name)
+    verdict = reference.compare(table.tasks[name], outputs, expected, inputs, own.terms, own.tolerance)
     if verdict.ok:
         return Report(name, GREEN, verdict.message, verdict.case)
     from muslin.grading.diagnosis import diagnose

@@ -149,6 +149,7 @@ def _find(
         return _failing(task, module)
     try:
         function = _sound(task, module, where)
+        _require_alone(task, module, where, table)
         if task.builder:
             function.build = plain.builder(task, table, folder)  # type: ignore[attr-defined]
     except MuslinError as error:
@@ -210,6 +211,23 @@ def _sound(task: Task, module: ModuleType, where: str) -> Callable[..., Any]:
     if not any(isinstance(node, ast.Return) and node.value is not None for node in ast.walk(tree)):
         raise StudentCodeError(f"{place}: {task.name} returns nothing.", "End it with return and the result.")
     return function
+
+
+def _require_alone(task: Task, module: ModuleType, where: str, table: Assignment) -> None:
+    """Refuse a function that uses that of another task: each is asked for alone, and handed all it needs.
+
+    Raises
+    ------
+    StudentCodeError
+        With the line.
+    """
+    if (found := importing.borrowed(module, task.name, table.tasks)) is not None:
+        by, other, line = found
+        through = "" if by == task.name else f", which {task.name} uses,"
+        raise StudentCodeError(
+            f"{where}, line {line}: {by}{through} calls {other}, the function of another task.",
+            "Each task is written alone: put in what its own arguments give, or a helper of your own.",
+        )
 
 
 def _text(function: Callable[..., Any], name: str, place: str) -> ast.Module:

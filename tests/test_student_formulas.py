@@ -1,0 +1,120 @@
+"""A derivative is a formula, and a task's function is alone: what the handouts promise of both."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+from muslin import tasks
+from muslin.base.errors import StudentCodeError
+from muslin.student import checking
+from muslin.tasks import failure_of
+
+sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
+import suite
+
+HELPERS = """\
+@ti.func
+def energy(F, C, D):
+    J = F.determinant()
+    return C * (J ** (-2 / 3) * F.norm_sqr() - 3) + D * (J - 1) ** 2
+
+
+@ti.func
+def stress(F, C, D):
+    J = F.determinant()
+    G = F.inverse().transpose()
+    return 2 * C * J ** (-2 / 3) * (F - F.norm_sqr() / 3 * G) + 2 * D * (J - 1) * J * G
+
+
+"""
+
+DIFFERENCES = {
+    "dpsi_dF": """
+        P = ti.Matrix.zero(float, 3, 3)
+        for a, b in ti.static(ti.ndrange(3, 3)):
+            E = ti.Matrix.zero(float, 3, 3)
+            E[a, b] = {h}
+            P[a, b] = ({f}(F + E, C, D) - {f}(F - E, C, D)) / (2 * {h})
+        return P
+        """,
+    "d2psi_dF2": """
+        H = ti.Matrix.zero(float, 9, 9)
+        for m, n in ti.static(ti.ndrange(3, 3)):
+            E = ti.Matrix.zero(float, 3, 3)
+            E[m, n] = {h}
+            Q = ({f}(F + E, C, D) - {f}(F - E, C, D)) / (2 * {h})
+            for i, j in ti.static(ti.ndrange(3, 3)):
+                H[3 * i + j, 3 * m + n] = Q[i, j]
+        return H
+        """,
+}
+
+
+def submission(folder, task, body, helpers="", assignment="solids"):
+    """The solution with one function's body written otherwise, perhaps with helpers above it."""
+    variant = suite.function(tasks.assignment(assignment).tasks[task], "other", body)
+    other = suite.Variant(task, "other", "", "", helpers + variant.code)
+    return suite.submission(folder, {task: other}, assignment)
+
+
+@pytest.mark.parametrize("step", ["1e-4", "1e-5", "2e-6", "1e-6", "1e-7"])
+def test_differences_of_an_energy_of_ones_own_are_no_derivative(tmp_path, step):
+    """2e-6 is the best step there is; none of them is blamed on a line of the energy, which is right."""
+    body = DIFFERENCES["dpsi_dF"].format(h=step, f="energy")
+    folder = submission(tmp_path, "dpsi_dF", body, HELPERS)
+    (report,) = checking.examine(folder, "solids", ("dpsi_dF",))
+    assert report.status == checking.WRONG
+    assert report.mistake == "Your result is nearly right, but only to some digits."
+    assert "numerical derivative" in report.advice
+
+
+def test_differences_of_a_stress_of_ones_own_are_no_hessian(tmp_path):
+    folder = submission(tmp_path, "d2psi_dF2", DIFFERENCES["d2psi_dF2"].format(h="2e-6", f="stress"), HELPERS)
+    (report,) = checking.examine(folder, "solids", ("d2psi_dF2",))
+    assert report.status == checking.WRONG
+    assert "only to some digits" in report.mistake
+
+
+@pytest.mark.parametrize("right", [True, False], ids=["psi is right", "psi is wrong"])
+def test_a_function_that_calls_another_tasks_is_refused_with_the_line_and_nothing_else_is_blamed(
+    tmp_path, right
+):
+    folder = submission(tmp_path, "dpsi_dF", DIFFERENCES["dpsi_dF"].format(h="1e-6", f="psi"))
+    path = folder / "neo_hookean.py"
+    text = path.read_text(encoding="utf-8")
+    if not right:
+        assert ".trace() - 3)" in text
+        path.write_text(text.replace(".trace() - 3)", ".trace() - 4)", 1), encoding="utf-8")
+    line = next(k for k, row in enumerate(text.splitlines(), 1) if "psi(F + E" in row)
+    (report,) = checking.examine(folder, "solids", ("dpsi_dF",))
+    assert report.status == checking.ERROR
+    assert f"neo_hookean.py, line {line}: dpsi_dF calls psi, the function of another task." in report.message
+    assert (report.mistake, report.notes) == ("", ())
+
+
+def test_nor_may_a_helper_call_it(tmp_path):
+    helper = "@ti.func\ndef twice(F, C, D):\n    return 2 * psi(F, C, D)\n\n\n"
+    folder = submission(tmp_path, "dpsi_dF", "return twice(F, C, D) * F", helper)
+    failure = failure_of(tasks.load(folder, "solids")["dpsi_dF"])
+    assert isinstance(failure, StudentCodeError)
+    assert "twice, which dpsi_dF uses, calls psi" in failure.message
+
+
+@pytest.mark.parametrize(
+    ("task", "body"),
+    [
+        ("interpolate", "return phi[0] * x0 + phi[1] * x1 + phi[2] * x2 + phi[3] * x3"),
+        ("psi", "dpsi_dF = F.determinant()\nreturn C * dpsi_dF + D"),
+        ("stiffness_block", "nodal_force = d2psi_dF2[0, 0]\nreturn nodal_force * volume"),
+    ],
+)
+def test_an_argument_or_a_variable_may_be_called_like_a_task(tmp_path, task, body):
+    assert failure_of(tasks.load(submission(tmp_path, task, body), "solids")[task]) is None
+
+
+@pytest.mark.parametrize("assignment", ["cloth", "solids"])
+def test_no_right_way_to_write_a_function_calls_another_tasks(tmp_path, assignment):
+    for k, chosen in enumerate(suite.rounds("right", assignment)):
+        functions = tasks.load(suite.submission(tmp_path / str(k), chosen, assignment), assignment)
+        assert all(failure_of(functions[name]) is None for name in functions.assignment.tasks)
