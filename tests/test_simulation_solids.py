@@ -267,6 +267,18 @@ def test_wobble_wobbles():
     assert 100 < run.energies.total[0] < 1e4
 
 
+def test_what_the_log_calls_gravity_is_said_to_hold_the_pull_where_the_mouse_pulls():
+    run = muslin.simulate("jelly", steps=1)
+    spring, x = run.scene.spring(run.scene.load_mesh(), 0.0), run.x0
+    pull = spring.stiffness / 2 * ((x[spring.vertex] - spring.target) ** 2).sum()
+    assert pull > 500
+    height = (run.body.scalar_mass @ x[:, 1]).sum()
+    assert run.energies.gravity[0] == pytest.approx(-run.scene.gravity[1] * height + pull)
+    assert list(run.scene.energy_names.items())[2] == ("gravity and pull", "gravity")
+    assert "gravity and pull" in run.scene.energies_told(run.energies[0])
+    assert "pull" not in scenes.get("beam").energies_told(run.energies[0])
+
+
 def test_the_mouse_lets_go():
     scene = scenes.get("jelly")
     mesh = scene.load_mesh()

@@ -86,7 +86,7 @@ def simulate(
         raise typer.Exit(INTERRUPTED)
     say(
         f"{run.scene.title}: {len(run.x)} vertices, {last.step} steps to t = {last.time:.3f} s. "
-        f"Energies [J]: kinetic {last.kinetic:.4g}, elastic {last.elastic:.4g}, gravity {last.gravity:.4g}."
+        f"Energies [J]: {run.scene.energies_told(last)}."
     )
     say(f"Run in {paths.shown(folder)}. Look at it with: muslin render {paths.shown(folder)}")
 

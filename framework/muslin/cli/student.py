@@ -223,7 +223,7 @@ def run(
 
     scene = running.scene(workspace, scene)
     settings = running.shown(workspace) | _settings(setting, mesh=mesh, scale=scale)
-    scenes.get(scene, **settings)  # what is misspelt is said before anything else
+    chosen = scenes.get(scene, **settings)  # what is misspelt is said before anything else
     picture = _size(size)
     cast = running.cast(workspace, say, as_is or compare)
     folder = out or workspace.folder / "runs" / scene
@@ -236,11 +236,8 @@ def run(
     if came.trouble:
         say(f"It came apart: {came.trouble}")
     if came.last is not None:
-        kinetic, elastic, gravity = (f"{came.last[name]:.4g}" for name in ("kinetic", "elastic", "gravity"))
-        say(
-            f"{came.last.time:.2f} s in {came.last.step} steps. "
-            f"Energies [J]: kinetic {kinetic}, elastic {elastic}, gravity {gravity}."
-        )
+        found = chosen.energies_told(came.last)
+        say(f"{came.last.time:.2f} s in {came.last.step} steps. Energies [J]: {found}.")
     from muslin.present import pictures as show
 
     pictures: dict[str, Any] = {"quality": quality.value, "size": picture, "strain": strain, "stress": stress}

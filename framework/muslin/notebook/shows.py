@@ -119,7 +119,11 @@ class Page:
 def run_html(run: Run) -> str:
     """A run in a cell: what it was, where its energy is, how it ended."""
     last = run.energies[-1]
-    rows = [(f"{name} [J]", f"{last[name]:.4g}") for name in ("kinetic", "elastic", "gravity")]
+    rows = [
+        (f"{name} [J]", f"{last[kind]:.4g}")
+        for name, kind in run.scene.energy_names.items()
+        if name != "total"
+    ]
     rows.append(("in contact", f"{last['contacts']} vertices"))
     if run.folder is not None:
         rows.append(("written to", paths.shown(run.folder)))
@@ -237,7 +241,7 @@ def _pictures(run: Run) -> Iterator[np.ndarray]:
         cloth = render.Surface(run.x, run.mesh.triangles, material, stage.pattern(run.mesh.vertices))
         yield render.draw([cloth], render.fit_camera(run.x, run.scene.view, STILL), STILL, "draft")
     if len(run.energies) > 1:
-        energies = {name: run.energies[name] for name in ("kinetic", "elastic", "gravity", "total")}
+        energies = {name: run.energies[column] for name, column in run.scene.energy_names.items()}
         yield render.plot_energies(energies, run.energies["time"], title="Energy", size=STILL)
         table = {name: run.energies[name] for name in run.energies.dtype.names}
         yield from render.plot_momenta(table, run.energies["time"], size=STILL)

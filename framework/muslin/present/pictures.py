@@ -317,7 +317,7 @@ def energy_plot(run: RunFolder, base: Path) -> list[Path]:
     table = run.energies
     if len(table) < 2:
         return []
-    energies = {name: table[name] for name in ("kinetic", "elastic", "gravity", "total")}
+    energies = {name: table[column] for name, column in run.scene.energy_names.items()}
     image = render.plot_energies(energies, table["time"], title=run.scene.title)
     momenta = render.plot_momenta({name: table[name] for name in table.dtype.names}, table["time"])
     return [render.write_png(beside(base, "-energies.png"), np.concatenate([image, *momenta]))]

@@ -19,6 +19,7 @@ ENERGY_COLOURS: dict[str, Colour] = {
     "kinetic": "#d55e00",
     "elastic": "#0072b2",
     "gravity": "#009e73",
+    "gravity and pull": "#009e73",
     "total": "#2b2e33",
 }
 COLOURS: tuple[Colour, ...] = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#2b2e33")

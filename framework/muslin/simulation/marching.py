@@ -35,7 +35,7 @@ class Run:
     x0, v0 : (n, 3) arrays
         Those it started from.
     energies : record array
-        One row per step, the start included: step, time, kinetic, elastic, gravity [J], contacts
+        One row per step, the start included: step, time, kinetic, elastic, gravity (and pull) [J], contacts
         (vertices pressed against a collider), approach (smallest n^T v of those in contact after the filter
         [m/s]), penetration (deepest vertex [m]), px, py, pz (linear momentum [kg m/s]), lx, ly, lz (angular
         momentum about the centre of mass [kg m^2/s]), work (put in since the start by moving colliders, moving pins,

@@ -51,7 +51,7 @@ COLUMNS = {
     "time": "s",
     "kinetic": "J",
     "elastic": "J",
-    "gravity": "J",
+    "gravity": "J",  # and of the drag spring, while the mouse pulls
     "total": "J",
     "contacts": "1",
     "approach": "m/s",  # smallest n^T v of a vertex in contact, after the filter

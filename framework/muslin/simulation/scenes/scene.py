@@ -171,6 +171,23 @@ class Scene:
         """A finer mesh that the scene carries along and shows, undeformed like its own mesh; None: there is none."""
         return None
 
+    @property
+    def pulled(self) -> bool:
+        """Whether the mouse pulls at all."""
+        return self.drag_vertex >= 0
+
+    @property
+    def energy_names(self) -> dict[str, str]:
+        """Kinds of energy that are shown of a run, in words -> column of its log."""
+        outer = "gravity and pull" if self.pulled else "gravity"
+        return {"kinetic": "kinetic", "elastic": "elastic", outer: "gravity", "total": "total"}
+
+    def energies_told(self, row: Any) -> str:
+        """A row of a run's log [J] in words, the total left out."""
+        return ", ".join(
+            f"{name} {row[kind]:.4g}" for name, kind in self.energy_names.items() if kind != "total"
+        )
+
     def spring(self, mesh: Any, time: float) -> Spring | None:
         """The mouse at a time: what pulls at one vertex."""
         if self.drag_vertex < 0:

@@ -73,6 +73,11 @@ class SolidScene(Scene):
         C, D = constants(*self.lame, self.course_parameters)
         return Solid(mesh, C=C, D=D, rho=self.rho, functions=functions, energy=energy, stand_ins=stand_ins)
 
+    @property
+    def pulled(self) -> bool:
+        """Whether the mouse pulls at all."""
+        return self.drag_point != "none" or super().pulled
+
     def spring(self, mesh: Any, time: float) -> Spring | None:
         """The mouse, until it lets go."""
         if self.drag_until is not None and time >= self.drag_until:
