@@ -221,7 +221,7 @@ def bound(kernel: Any, arguments: Sequence[Any]) -> Callable[[], None] | None:
 def bound_again(kernel: Any, arguments: Sequence[Any]) -> Callable[[], None] | None:
     """As `bound`, in a tenth of the time, if the kernel has been bound to arguments like these; else None."""
     running = program()
-    if getattr(kernel, "_muslin_program", None) is not running:
+    if running is None or getattr(kernel, "_muslin_program", None) is not running:
         return None
     known = kernel._muslin_bound.get(_kinds(arguments))
     return None if known is None else _launch(running, known, arguments)
