@@ -115,8 +115,19 @@ def test_outside_a_workspace_one_is_told_how_to_make_one(tmp_path, monkeypatch, 
     for command in (["check"], ["list"], ["hint"], ["run"], ["submit"], ["explain"], ["watch"], ["upgrade"]):
         code, _, err = muslin(monkeypatch, capfd, *command)
         assert code == 1
-        assert "muslin start cloth" in err
+        assert "muslin start cloth|solids" in err
         assert "Traceback" not in err
+
+
+def test_scenes_of_the_workspaces_own_body_come_first(tmp_path, monkeypatch, capfd):
+    for assignment, first in (("solids", "beam"), ("cloth", "course")):
+        workspace.start(assignment, tmp_path / assignment)
+        monkeypatch.chdir(tmp_path / assignment)
+        code, out, _ = muslin(monkeypatch, capfd, "scenes")
+        assert code == 0
+        assert out.split()[0] == first
+        assert "drape" in out
+        assert "twist" in out
 
 
 # --- check, list, hint, reset ------------------------------------------------------------------------------
@@ -256,6 +267,16 @@ def test_resetting_a_function_python_cannot_read_leaves_the_others_as_they_are(t
 
 
 # --- run, submit -------------------------------------------------------------------------------------------
+
+
+def test_a_missing_file_is_told_once_and_in_one_sentence(tmp_path):
+    from muslin.student import submitting
+
+    folder = tmp_path / "work"
+    workspace.start("cloth", folder)
+    (folder / "stress.py").unlink()
+    packed = submitting.pack(workspace.find(folder), tmp_path / "mine.zip")
+    assert packed.faults == ("stress.py is missing. Hand it in with the others, under this name",)
 
 
 def test_a_scene_runs_with_what_is_right_and_says_who_stands_in(typed):

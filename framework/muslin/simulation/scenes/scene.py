@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import dataclasses
+import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from pathlib import Path
@@ -150,6 +151,9 @@ class Scene:
 
     #: What it is made of.
     MESH: ClassVar[type[Mesh] | type[TetMesh]] = Mesh
+
+    #: Parameters that do nothing for what it is made of.
+    FOREIGN: ClassVar[frozenset[str]] = frozenset()
 
     #: What messages call what is simulated.
     WORD: ClassVar[str] = "cloth"
@@ -313,10 +317,13 @@ def override(scene: Scene, /, **values: Any) -> Scene:
     changes: dict[str, Any] = {}
     for name, value in values.items():
         if name not in known:
-            raise MuslinError(
-                f"The scene {scene.name!r} has no parameter {name!r}.", choices(name, sorted(known))
-            )
+            raise MuslinError(f"The scene {scene.name!r} has no parameter {name!r}.", _meant(name, known))
         changes[name] = converted(name, value, _kind(scene, name))
+        if name in scene.FOREIGN and changes[name] != known[name]:
+            raise MuslinError(
+                f"{name} is for cloth; the scene {scene.name!r} is of a {scene.WORD} and has none.",
+                f"What it has: muslin scenes {scene.name}",
+            )
     if {"E", "nu"} & changes.keys() and not {"mu", "lam"} & changes.keys():
         changes |= {"mu": None, "lam": None}  # the pair given last counts
     if changes.get("self_collision") == "exact":
@@ -393,6 +400,17 @@ LOWEST = {
     "refine_angle": 0.0,
     "flip_angle": 0.0,
 }
+
+
+def _meant(name: str, known: Iterable[str]) -> str:
+    """What to set instead of a name that there is not: what is spelt like it, or means it in words."""
+    from muslin.simulation.scenes.meanings import MEANINGS
+
+    words = {key: meaning.text for rows in MEANINGS.values() for key, meaning in rows.items() if key in known}
+    for key, text in words.items():
+        if len(name) > 4 and re.search(rf"\b{re.escape(name)}", text, re.IGNORECASE):
+            return f"Did you mean {key}? It is: {text.replace('`', '')}."
+    return choices(name, sorted(known))
 
 
 def _kind(scene: Scene, name: str) -> str:
