@@ -7,6 +7,7 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from muslin import cli
@@ -397,3 +398,18 @@ def test_the_workspace_is_made_from_an_installed_wheel_too(tmp_path):
     assert done.returncode == 0, done.stderr
     done = subprocess.run([*command, "check", "phi"], cwd=tmp_path / "cloth", capture_output=True, text=True)
     assert "todo phi" in done.stdout, done.stderr
+
+
+def test_no_curve_of_a_gradcheck_lies_under_another_and_a_slope_is_a_decade_long():
+    steps, order = gradcheck.STEPS, 2
+    rounding = 1e-15 / steps
+    falling = gradcheck.Curve("f", "", "central", steps**order + rounding, steps**order + rounding, 2.0, True)
+    drawn = gradcheck.lines(falling)
+    assert list(drawn) == ["yours, as a right one", "slope 2"]
+    x, y = drawn["slope 2"]
+    near = np.isin(steps, x)
+    assert (falling.errors[near] > 3 * y).all()
+    exact = gradcheck.Curve("f", "", "central", rounding, rounding, None, True)
+    assert list(gradcheck.lines(exact)) == ["yours, as a right one"]
+    wrong = gradcheck.Curve("f", "", "central", steps**0, steps**order + rounding, None, False)
+    assert list(gradcheck.lines(wrong)) == ["a right derivative", "yours", "slope 2"]
