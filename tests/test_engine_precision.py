@@ -50,6 +50,38 @@ def off(found, expected):
     return float(np.abs(found - expected).max() / np.abs(expected).max())
 
 
+#: A solid's three steps by Newton's method, and what a stiff sheet's say, in single precision.
+NEWTON = """
+import sys
+import numpy as np
+import muslin
+from muslin.base import runtime
+from muslin.base.errors import MuslinError
+
+runtime.choose("cpu", sys.argv[1])
+np.save(sys.argv[2], muslin.simulate("beam", steps=3).x)
+if sys.argv[1] == "f32":
+    try:
+        muslin.simulate("hang", resolution=16, integrator="backward-euler", steps=30)
+    except MuslinError as error:
+        print(error)
+"""
+
+
+def test_newtons_method_ends_in_single_precision_or_says_what_to_do(tmp_path):
+    said = [
+        subprocess.run(
+            [sys.executable, "-c", NEWTON, precision, str(tmp_path / f"{precision}.npy")],
+            capture_output=True, text=True, check=True,
+        ).stdout
+        for precision in ("f64", "f32")
+    ]  # fmt: skip
+    double, single = (np.load(tmp_path / f"{precision}.npy") for precision in ("f64", "f32"))
+    start = muslin.simulate("beam", steps=0).x
+    assert 1e-11 < off(single - start, double - start) < 0.02
+    assert "leave --precision out" in " ".join(said[1].split())
+
+
 @pytest.mark.parametrize("folder", ["", str(paths.solution("cloth"))], ids=["native", "student"])
 def test_single_precision_is_right_to_its_digits(folder, tmp_path):
     double, _ = measured("cpu", "f64", folder, tmp_path / "f64")

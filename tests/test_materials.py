@@ -44,7 +44,7 @@ def test_the_course_s_formula_has_mu_and_lambda_exchanged():
     assert set(PLANES) == {"stress", "strain", "course"}
     with pytest.raises(MuslinError, match="plane = 'both' is not understood"):
         scenes.get("drape", plane="both")
-    with pytest.raises(MuslinError, match="plane is for cloth"):
+    with pytest.raises(MuslinError, match="A solid has no plane"):
         muslin.simulate("beam", steps=0, plane="stress")
 
 
@@ -139,3 +139,9 @@ def test_newtons_matrix_of_a_damped_step_is_the_derivative_of_its_gradient():
 def test_damping_is_never_negative():
     with pytest.raises(MuslinError, match=r"damping = -1\.0 must not be negative"):
         scenes.get("drape", damping=-1)
+
+
+@pytest.mark.parametrize("name", ["drag", "drag_stiffness", "friction"])
+def test_what_would_push_cloth_on_for_ever_is_refused(name):
+    with pytest.raises(MuslinError, match=f"{name} = -5.0 must not be negative"):
+        scenes.get("hang", **{name: -5.0})

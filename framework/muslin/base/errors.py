@@ -47,6 +47,10 @@ class SimulationError(MuslinError):
     """A simulation that cannot start or has blown up."""
 
 
+class Inverted(SimulationError):
+    """Positions in which a tetrahedron is flat or inverted."""
+
+
 def said(error: BaseException) -> str:
     """Kind and text of an error, also of one whose own text cannot be had."""
     try:

@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import Any
 
 from muslin.base import runtime
-from muslin.base.engine import inside
+from muslin.base.engine import binding, inside
 
 #: Time of a loop [ns] below which one thread is as fast as two: waking another takes some 60 microseconds.
 WORTH_WAKING = 250_000
@@ -45,10 +45,10 @@ class Launch:
             return
         program = inside.program()
         if self._run is None or program is not self._program:
-            self._program, self._run = program, inside.bound_again(self.kernel, self.arguments)
+            self._program, self._run = program, binding.bound_again(self.kernel, self.arguments)
             if self._run is None:
                 self.kernel(*self.arguments)  # compiles, and complains of what does not fit
-                self._run = inside.bound(self.kernel, self.arguments)
+                self._run = binding.bound(self.kernel, self.arguments)
                 return
         self._run()
 

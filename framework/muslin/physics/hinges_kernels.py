@@ -121,9 +121,8 @@ def around(
         share[i] = area
         inner[i] = edges[i] == ptr[i + 1] - ptr[i] and length > 1e-12 * area
         normal = normal / ti.max(length, 1e-300)
-        d = ti.Vector([1.0, 0.0, 0.0])
-        if ti.abs(normal[0]) >= 0.7:
-            d = ti.Vector([0.0, 1.0, 0.0])
+        second = ti.select(ti.abs(normal[0]) >= 0.7, 1.0, 0.0)
+        d = ti.Vector([1.0 - second, second, 0.0])
         d = d - dot(d, normal) * normal
         d = d / ti.sqrt(dot(d, d))
         east[i], north[i] = d, normal.cross(d)

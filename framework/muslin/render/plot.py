@@ -24,7 +24,7 @@ ENERGY_COLOURS: dict[str, Colour] = {
 }
 COLOURS: tuple[Colour, ...] = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#2b2e33")
 
-_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "µ": 1e-6, "n": 1e-9}
+_PREFIXES = {"G": 1e9, "M": 1e6, "k": 1e3, "": 1.0, "m": 1e-3, "1e-6 ": 1e-6, "1e-9 ": 1e-9}
 _FINE = 3  # drawn this many times larger, then averaged down
 _INK, _PALE, _GRID, _PAPER = (43, 46, 51), (120, 124, 130), (228, 230, 233), (255, 255, 255)
 
@@ -254,7 +254,7 @@ def _prefix(largest: float) -> str:
     """The SI prefix that makes the largest tick a short number; none for 0.1 to 10,000."""
     if largest == 0 or 0.1 <= largest < 1e4:
         return ""
-    return next((p for p, scale in _PREFIXES.items() if largest >= scale), "n")
+    return next((p for p, scale in _PREFIXES.items() if largest >= scale), "1e-9 ")
 
 
 def _steps(low: float, high: float, wanted: int) -> list[float]:

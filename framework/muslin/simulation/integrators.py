@@ -17,9 +17,8 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from muslin.base.blas import one_thread
-from muslin.base.errors import MuslinError, SimulationError, choices
+from muslin.base.errors import Inverted, MuslinError, SimulationError, choices
 from muslin.physics.colliders import Contacts, respond
-from muslin.physics.elements.tetrahedron import Inverted
 from muslin.simulation import by_student, guarded, second_order
 from muslin.simulation.incremental import IncrementalPotential
 from muslin.simulation.model import Model, Spring, State

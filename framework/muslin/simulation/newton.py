@@ -7,6 +7,7 @@ from typing import Protocol
 
 import numpy as np
 
+from muslin.base import runtime
 from muslin.base.errors import SimulationError
 
 #: Iterations at most, before a step counts as failed. A few do, but where a compressed sheet must first
@@ -18,6 +19,9 @@ KEPT, SHORTEST = 1e-4, 1e-10
 
 #: Share of its largest term below which the gradient is so small that the minimum is near.
 NEAR = 0.1
+
+#: Where kernels compute in single precision, a function and its gradient are known no better than to this share.
+SINGLE = 1e-4
 
 #: Rounding of the function itself, relative to its size: of a sum, and of what cancels near the minimum.
 ROUNDING, CANCELLED = 1e-14, 1e-11
@@ -89,7 +93,8 @@ def minimise(
     v : (k,) array
         Where to begin.
     tolerance : float
-        The gradient counts as zero below this share of its largest term, or below its own rounding error.
+        The gradient counts as zero below this share of its largest term (in single precision no less than `SINGLE`),
+        or below its own rounding error.
     enough : callable, optional
         Asked after each iteration whether v is good enough already; it must leave the problem at v.
     iterations : int
@@ -100,6 +105,7 @@ def minimise(
     SimulationError
         If that is not found.
     """
+    tolerance = max(tolerance, SINGLE) if runtime.single() else tolerance
     v, phi = begun(problem, v)
     whole = False
     for _ in range(iterations):
@@ -125,7 +131,7 @@ def minimise(
     raise SimulationError(
         f"Newton's method did not converge in {iterations} iterations: "
         f"the residual is {size / scale:.1e} of its scale.",
-        "Reduce dt.",
+        _advice("Reduce dt."),
     )
 
 
@@ -147,8 +153,9 @@ def _search(
     Where only a share of the step may be tried, it is the first of v + share * step, ...
     """
     allowed = noise + ROUNDING * abs(phi)
-    if -slope < CANCELLED * abs(phi):  # so near the minimum that the energy's own rounding hides the way down
-        allowed += CANCELLED * abs(phi)
+    cancelled = SINGLE if runtime.single() else CANCELLED
+    if -slope < cancelled * abs(phi):  # so near the minimum that the energy's own rounding hides the way down
+        allowed += cancelled * abs(phi)
     length = problem.reach(v, step)
     trial = _attempt(problem, v + length * step)
     while not trial <= phi + KEPT * length * slope + allowed:
@@ -156,10 +163,14 @@ def _search(
         if length < SHORTEST:
             raise SimulationError(
                 f"Newton's line search found no descent (residual {left:.1e} of its scale).",
-                "Reduce dt, or check force and Hessian against each other.",
+                _advice("Reduce dt, or check force and Hessian against each other."),
             )
         trial = _attempt(problem, v + length * step)
     return v + length * step, trial, length == 1.0
+
+
+def _advice(usual: str) -> str:
+    return "Stiff sheets need double precision: leave --precision out." if runtime.single() else usual
 
 
 def _attempt(problem: Problem, v: np.ndarray) -> float:

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from muslin.base.errors import SimulationError
+from muslin.base.errors import Inverted, SimulationError
 from muslin.base.launch import Launch, is_small
 from muslin.physics.elements.element import PARTS, Element
 from muslin.physics.elements.tetrahedron_kernels import native
@@ -59,10 +59,6 @@ class NativeTetrahedron(Element):
         self._launch()
         if self._orders[2] and parts != PARTS["energy"]:
             require_upright(self.x, self.cells)
-
-
-class Inverted(SimulationError):
-    """Positions in which a tetrahedron is flat or inverted."""
 
 
 def require_upright(x: np.ndarray, cells: np.ndarray) -> None:
