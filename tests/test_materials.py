@@ -44,7 +44,7 @@ def test_the_course_s_formula_has_mu_and_lambda_exchanged():
     assert set(PLANES) == {"stress", "strain", "course"}
     with pytest.raises(MuslinError, match="plane = 'both' is not understood"):
         scenes.get("drape", plane="both")
-    with pytest.raises(MuslinError, match="A solid has no plane"):
+    with pytest.raises(MuslinError, match="plane is for cloth"):
         muslin.simulate("beam", steps=0, plane="stress")
 
 

@@ -2,7 +2,6 @@
 
 import json
 import shutil
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +11,6 @@ import muslin
 from muslin import mesh
 from muslin.base.errors import MuslinError
 from muslin.present import pictures as show
-from muslin.simulation import scenes
 from muslin.simulation.runs import RunFolder
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -218,10 +216,3 @@ def test_a_run_stopped_while_it_goes_on_past_its_end_is_whole(tmp_path):
     assert sorted(path.stem for path in (tmp_path / "frames").iterdir()) == [
         f"{k:06d}" for k in range(0, 21, 5)
     ]
-
-
-def test_a_scene_of_ones_own_is_simulated_but_not_written(tmp_path):
-    own = replace(scenes.get("course"), name="mine", steps=1)
-    assert len(muslin.simulate(own).energies) == 2
-    with pytest.raises(MuslinError, match="not one of Muslin's"):
-        muslin.simulate(own, out=tmp_path)

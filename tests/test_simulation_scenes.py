@@ -110,6 +110,18 @@ def test_every_parameter_can_be_overridden_and_nonsense_is_refused():
             muslin.simulate("drape", steps=wrong.pop("steps", 1), **wrong)
 
 
+def test_what_is_for_cloth_is_refused_for_a_solid_and_what_is_meant_is_found_by_its_meaning():
+    for name, value in (("bending", "quadratic"), ("swap_lame", "true"), ("h", "7"), ("adaptive", "on")):
+        with pytest.raises(MuslinError, match=f"{name} is for cloth; the scene 'beam' is of a solid"):
+            scenes.get("beam", **{name: value})
+    solid = scenes.get("beam")
+    assert scenes.get("beam", **solid.parameters()) == solid  # what it has anyway, as runs record it
+    assert set(solid.parameters()) >= solid.FOREIGN
+    for name, meant in (("Young", "E"), ("poisson", "nu"), ("density", "rho"), ("gravty", "gravity")):
+        with pytest.raises(MuslinError, match=rf"Did you mean {meant}\?"):
+            scenes.get("beam", **{name: "3"})
+
+
 def test_wind_pushes_a_sheet_with_the_drag_of_its_area():
     """A unit square across a wind of speed u feels drag/2 u^2 along its normal; along the wind it feels nothing."""
     model, state = simulation.build(scenes.get("hang", resolution=5, tilt=90, wind=(0, 0, 3), drag=2.0))

@@ -109,3 +109,25 @@ def test_a_variable_that_agrees_by_chance_is_not_called_another_quantity(tmp_pat
     lines = list(explaining.steps(tmp_path, "cloth", "phi", 10))
     assert not [line for line in lines if " e2 = " in line and "this is" in line]
     assert [line for line in lines if " r = " in line and line.endswith("this is X - X0")]
+
+
+@pytest.mark.parametrize("assignment", ["cloth", "solids"])
+def test_the_questions_are_a_page_too_and_the_pages_lead_to_each_other(assignment, tmp_path):
+    workspace.start(assignment, tmp_path / "w")
+    found = {}
+    for source, name in page.PAGES.items():
+        made = (tmp_path / "w" / name).read_text(encoding="utf-8")
+        assert made.splitlines()[0] == page.origin((tmp_path / "w" / source).read_text(encoding="utf-8"))
+        found[name] = Reader(made)
+    questions = found["experiments/questions.html"]
+    assert questions.tags.count("math") > 5
+    assert "$" not in "".join(questions.words)
+    for name, reader in found.items():
+        for link in (link for link in reader.links if ":" not in link):
+            file, _, anchor = link.partition("#")
+            target = ((tmp_path / "w" / name).parent / file).resolve() if file else tmp_path / "w" / name
+            assert target.is_file(), (name, link)
+            assert target.suffix == ".html", (name, link)
+            there = found[target.relative_to((tmp_path / "w").resolve()).as_posix()] if file else reader
+            assert not anchor or anchor in there.anchors, (name, link)
+    assert "experiments/questions.html" in found["handout.html"].links

@@ -7,6 +7,7 @@ import sys
 import zipfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from muslin import cli
@@ -115,8 +116,19 @@ def test_outside_a_workspace_one_is_told_how_to_make_one(tmp_path, monkeypatch, 
     for command in (["check"], ["list"], ["hint"], ["run"], ["submit"], ["explain"], ["watch"], ["upgrade"]):
         code, _, err = muslin(monkeypatch, capfd, *command)
         assert code == 1
-        assert "muslin start cloth" in err
+        assert "muslin start cloth|solids" in err
         assert "Traceback" not in err
+
+
+def test_scenes_of_the_workspaces_own_body_come_first(tmp_path, monkeypatch, capfd):
+    for assignment, first in (("solids", "beam"), ("cloth", "course")):
+        workspace.start(assignment, tmp_path / assignment)
+        monkeypatch.chdir(tmp_path / assignment)
+        code, out, _ = muslin(monkeypatch, capfd, "scenes")
+        assert code == 0
+        assert out.split()[0] == first
+        assert "drape" in out
+        assert "twist" in out
 
 
 # --- check, list, hint, reset ------------------------------------------------------------------------------
@@ -258,6 +270,16 @@ def test_resetting_a_function_python_cannot_read_leaves_the_others_as_they_are(t
 # --- run, submit -------------------------------------------------------------------------------------------
 
 
+def test_a_missing_file_is_told_once_and_in_one_sentence(tmp_path):
+    from muslin.student import submitting
+
+    folder = tmp_path / "work"
+    workspace.start("cloth", folder)
+    (folder / "stress.py").unlink()
+    packed = submitting.pack(workspace.find(folder), tmp_path / "mine.zip")
+    assert packed.faults == ("stress.py is missing. Hand it in with the others, under this name",)
+
+
 def test_a_scene_runs_with_what_is_right_and_says_who_stands_in(typed):
     answer("shape_functions.py", "kinetic_energy.py")
     write("mass_block", "return 2.0 * rho * h * area")
@@ -376,3 +398,18 @@ def test_the_workspace_is_made_from_an_installed_wheel_too(tmp_path):
     assert done.returncode == 0, done.stderr
     done = subprocess.run([*command, "check", "phi"], cwd=tmp_path / "cloth", capture_output=True, text=True)
     assert "todo phi" in done.stdout, done.stderr
+
+
+def test_no_curve_of_a_gradcheck_lies_under_another_and_a_slope_is_a_decade_long():
+    steps, order = gradcheck.STEPS, 2
+    rounding = 1e-15 / steps
+    falling = gradcheck.Curve("f", "", "central", steps**order + rounding, steps**order + rounding, 2.0, True)
+    drawn = gradcheck.lines(falling)
+    assert list(drawn) == ["yours, as a right one", "slope 2"]
+    x, y = drawn["slope 2"]
+    near = np.isin(steps, x)
+    assert (falling.errors[near] > 3 * y).all()
+    exact = gradcheck.Curve("f", "", "central", rounding, rounding, None, True)
+    assert list(gradcheck.lines(exact)) == ["yours, as a right one"]
+    wrong = gradcheck.Curve("f", "", "central", steps**0, steps**order + rounding, None, False)
+    assert list(gradcheck.lines(wrong)) == ["a right derivative", "yours", "slope 2"]

@@ -37,10 +37,12 @@ sides = np.linspace(0.02, 1.2, 119)
 pressure = -np.array([stress(s, s)[0] / s**2 for s in sides])  # force over the area that is left
 shown = sides >= 0.2
 plates = -np.array([between_plates(s)[1] for s in sides[shown]])
+print("both in bulk moduli, as in the picture:")
 print("side     pressure, from all sides    force between plates, per first area")
 for s in (1.2, 1.0, 0.8, 0.6, 0.4, 0.3, 0.2):
     here, there = np.argmin(abs(sides - s)), np.argmin(abs(sides[shown] - s))
-    print(f"{s:<7.2f}  {pressure[here] / bulk:14.3f} bulk moduli    {plates[there] / E:20.3f} E")
+    row = np.round([pressure[here] / bulk, plates[there] / bulk], 3) + 0.0  # no -0
+    print(f"{s:<7.2f}  {row[0]:22.3f}    {row[1]:35.3f}")
 print(
     f"Squeezed to nothing from all sides it pushes back with {pressure[0] / bulk:.4f} times its bulk modulus."
 )

@@ -7,14 +7,18 @@ written at its top; so whether it is in step can be said without making it again
 from __future__ import annotations
 
 import hashlib
+import posixpath
 import re
 
 from markupsafe import Markup
 
 from muslin.base.templates import filled
 
+#: The pages there are: what each is made from -> its name.
+PAGES = {"README.md": "handout.html", "experiments/README.md": "experiments/questions.html"}
+
 #: Name of the page beside the handout.
-PAGE = "handout.html"
+PAGE = PAGES["README.md"]
 
 
 def origin(handout: str) -> str:
@@ -22,8 +26,10 @@ def origin(handout: str) -> str:
     return f"<!doctype html><!-- made from README.md {hashlib.sha256(handout.encode()).hexdigest()} -->"
 
 
-def page(handout: str, title: str) -> str | None:
+def page(handout: str, title: str, at: str = "README.md") -> str | None:
     """A handout in Markdown as a page of HTML; None where the packages that make one are missing.
+
+    It stands at a place of `PAGES`, and its links to the others lead to their pages.
 
     Raises
     ------
@@ -50,4 +56,12 @@ def page(handout: str, title: str) -> str | None:
         extension_configs={"toc": {"permalink": "#"}},
     )
     body = re.sub(r"(?:<p>)?MATHS(\d+)END(?:</p>)?", lambda match: formulas[int(match[1])], body)
+    body = re.sub(r'href="([^":#]+)', lambda match: f'href="{_led(match[1], at)}', body)
     return filled("authoring/page", origin=Markup(origin(handout)), title=title, body=Markup(body))
+
+
+def _led(link: str, at: str) -> str:
+    """Where a link leads on the page made from the file `at`."""
+    folder = posixpath.dirname(at)
+    there = PAGES.get(posixpath.normpath(posixpath.join(folder, link)))
+    return posixpath.relpath(there, folder or ".") if there else link

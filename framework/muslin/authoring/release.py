@@ -27,7 +27,7 @@ from pathlib import Path
 
 from muslin.authoring.handout import PICTURES, handout
 from muslin.authoring.leaks import leaks
-from muslin.authoring.page import PAGE, origin, page
+from muslin.authoring.page import PAGES, origin, page
 from muslin.authoring.regions import HANDOUT, read, stubs, without_regions
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
@@ -91,7 +91,7 @@ def left_over(name: str) -> list[Path]:
     """Files of `assignments/<name>/` to which nothing in the solution leads any more."""
     expected, folder = rendered(paths.solution(name)), paths.assignment(name)
     there = (path for path in sorted(folder.rglob("*")) if path.is_file() and "__pycache__" not in path.parts)
-    return [path for path in there if path.relative_to(folder).as_posix() not in {*expected, PAGE}]
+    return [path for path in there if path.relative_to(folder).as_posix() not in {*expected, *PAGES.values()}]
 
 
 def out_of_step(name: str) -> list[str]:
@@ -115,13 +115,14 @@ def out_of_step(name: str) -> list[str]:
         if path.is_file() and "__pycache__" not in path.parts
     }
     fix = f"run: muslin release {name}"
-    findings = []
+    findings, sources = [], {name: made_from for made_from, name in PAGES.items()}
     folders = {relative.split("/")[0] for relative in expected}
     for relative in sorted(expected.keys() | {_within(relative, folders) for relative in present}):
         where = paths.shown(folder / relative)
-        if relative == PAGE and HANDOUT in expected and relative in present:
-            if present[PAGE].split(b"\n")[0].decode() != origin(expected[HANDOUT].decode("utf-8")):
-                findings.append(f"{where}: not made from this handout; {fix}{_first_install()}")
+        handout_of = sources.get(relative, "")
+        if handout_of in expected and relative in present:
+            if present[relative].split(b"\n")[0].decode() != origin(expected[handout_of].decode("utf-8")):
+                findings.append(f"{where}: not made from {handout_of}; {fix}{_first_install()}")
         elif relative not in expected:
             findings.append(f"{where} is superfluous: nothing in the solution leads to it; delete it")
         elif relative not in present:
@@ -165,8 +166,9 @@ def rendered(source: Path) -> dict[str, bytes]:
     }
     if (source / HANDOUT).is_file():
         texts[HANDOUT] = handout(source / HANDOUT, table, pictures)
-        if made := page(texts[HANDOUT], table.title):
-            texts[PAGE] = made
+    for relative, name in PAGES.items():
+        if relative in texts and (made := page(texts[relative], table.title, relative)):
+            texts[name] = made
     contents = {relative: text.encode("utf-8") for relative, text in texts.items()} | pictures
     return dict(sorted(contents.items()))
 

@@ -39,7 +39,8 @@ class Group(TyperGroup):
 
 app = typer.Typer(
     cls=Group,
-    help="Muslin: learn cloth animation by filling in the finite element functions of a working simulator.",
+    help="Muslin: learn the animation of cloth and solids by filling in the finite element functions of a working "
+    "simulator.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -63,7 +64,9 @@ Setting = Annotated[
 ]
 Cloth = Annotated[
     str | None,
-    typer.Option("--mesh", help="Another undeformed cloth: a file, or one of Muslin's meshes by its name."),
+    typer.Option(
+        "--mesh", help="Another undeformed cloth or solid: a file, or one of Muslin's meshes by its name."
+    ),
 ]
 Scale = Annotated[
     str | None,

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from enum import Enum
 from pathlib import Path
 from typing import Annotated
@@ -57,7 +58,7 @@ def simulate(
     hessian: Annotated[Road, typer.Option(help="Road to the Hessian of student functions.")] = Road.closed,
     display: Annotated[
         Path | None,
-        typer.Option(help="A finer mesh to carry along and show, undeformed like the cloth."),
+        typer.Option(help="A finer mesh to carry along and show, undeformed like the scene's own."),
     ] = None,
     out: Out = None,
     resume: Annotated[bool, typer.Option(help="Go on from the last checkpoint in --out.")] = False,
@@ -108,7 +109,13 @@ def scenes(
     if scene is not None:
         say("\n".join(meanings.lines(known.get(scene))))
         return
-    for name in known.SCENES:
+    from muslin.student.workspace import find
+
+    names = known.SCENES
+    with contextlib.suppress(MuslinError):  # in a workspace of solids those come first
+        if find().scene in known.SOLIDS:
+            names = known.SOLIDS + known.CLOTHS
+    for name in names:
         say(f"{name:10} {known.get(name).title}")
     say("\nWhat can be set in one, and what it means: muslin scenes NAME")
 
@@ -130,7 +137,7 @@ def render(
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.good,
     size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "1280x720",
     still: Annotated[float | None, typer.Option(help="Time of the still [s]. Default: the scene's.")] = None,
-    strain: Annotated[bool, typer.Option(help="Colour the cloth by its stretch, with a legend.")] = False,
+    strain: Annotated[bool, typer.Option(help="Colour a cloth by its stretch, with a legend.")] = False,
     stress: Annotated[
         bool, typer.Option(help="Colour a solid by its von Mises stress, with a legend.")
     ] = False,

@@ -196,7 +196,7 @@ def run(
     film: Annotated[bool, typer.Option(help="Make a film, too.")] = True,
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.draft,
     size: Annotated[str, typer.Option(help="Width x height in pixels.")] = "960x540",
-    strain: Annotated[bool, typer.Option(help="Colour the cloth by its stretch, with a legend.")] = False,
+    strain: Annotated[bool, typer.Option(help="Colour a cloth by its stretch, with a legend.")] = False,
     stress: Annotated[
         bool, typer.Option(help="Colour a solid by its von Mises stress, with a legend.")
     ] = False,
@@ -212,7 +212,7 @@ def run(
 ) -> None:
     """Simulate and film a scene with your own functions; Muslin's stand in where yours are not right yet.
 
-    Cloth meets things by your filter of S9 alone: --set contact=solve shows it with contacts that are solved for.
+    A cloth meets things by your velocity filter alone: --set contact=solve shows it with contacts that are solved for.
     """
     from muslin.student.workspace import find
 

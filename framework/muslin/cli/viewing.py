@@ -25,7 +25,10 @@ class Backend(str, Enum):
 
 @app.command()
 def view(
-    scene: Annotated[str, typer.Argument(help="A scene; `muslin scenes` lists them.")] = "hang",
+    scene: Annotated[
+        str | None,
+        typer.Argument(help="A scene; `muslin scenes` lists them. Default: the assignment's own, or hang."),
+    ] = None,
     mesh: Cloth = None,
     scale: Scale = None,
     functions: Functions = None,
@@ -39,19 +42,23 @@ def view(
         typer.Option(help="A window of its own (needs Vulkan), or a page in the browser (extra `view`)."),
     ] = Backend.auto,
 ) -> None:
-    """Look at a scene while it runs: turn it, pull the cloth with the mouse, switch the sphere on and off.
+    """Look at a scene while it runs: turn it, pull with the mouse, switch the sphere on and off.
 
-    With your functions cloth meets things as in muslin run, by your filter alone.
+    With your functions (--functions .) things are met as in muslin run.
     """
     from muslin import viewer
+    from muslin.student import running, workspace
 
     settings = _settings(setting, mesh=mesh, scale=scale)
     if functions is not None:
-        from muslin.student import running, workspace
-
         settings = running.shown(workspace.find(functions)) | settings
+    with contextlib.suppress(MuslinError):  # elsewhere no assignment is meant
+        here = workspace.find(functions)
+        scene = scene or here.scene
+        if functions is None:
+            _say("Muslin's own functions compute this; yours: muslin view --functions .")
     viewer.view(
-        scene, functions, backend.value, port=port, open_page=not no_open, say=_say, **settings
+        scene or "hang", functions, backend.value, port=port, open_page=not no_open, say=_say, **settings
     )  # fmt: skip
 
 

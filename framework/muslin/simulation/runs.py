@@ -208,7 +208,7 @@ class RunFolder:
             )
         with _reading(self.folder / "run.json") as path:
             self.description: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-            self.scene: Scene = scenes.get(self.description["scene"], **self.description["parameters"])
+            self.scene: Scene = scenes.rebuilt(self.description)
         with _reading(self.folder / "mesh.npz") as path, np.load(path) as mesh:
             self.X, self.triangles = mesh["X"], mesh["triangles"]
             self.pinned = mesh["pinned" if "pinned" in mesh else "held"]  # so in older runs

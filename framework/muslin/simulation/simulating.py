@@ -5,6 +5,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 from pathlib import Path
@@ -24,7 +25,7 @@ from muslin.simulation.adapting import Adapter
 from muslin.simulation.marching import Run, march
 from muslin.simulation.model import Model, State
 from muslin.simulation.runs import RunFolder, Writer
-from muslin.simulation.scenes import Scene
+from muslin.simulation.scenes import Scene, idle
 from muslin.tasks import Functions, taken
 
 
@@ -163,7 +164,7 @@ def simulate(
     Parameters
     ----------
     scene : str or Scene
-        A name from `muslin.simulation.scenes.SCENES`.
+        A name from `muslin.simulation.scenes.SCENES`, or a scene of one's own.
     functions : Functions or path, optional
         Whose functions run: a folder of the assignment's files. Default: the framework's own element.
     steps : int, optional
@@ -186,7 +187,8 @@ def simulate(
     on_step : callable, optional
         Called as (step, steps) after every step.
     on_notice : callable, optional
-        Called before the first step with each thing a person should know of the mesh; see `Scene.remarks`.
+        Called before the first step with each thing a person should know of the mesh (see `Scene.remarks`), and with
+        each parameter given that has no effect in this scene, which without it is a warning of Python's.
     **parameters
         Any scene parameter: mu, lam, dt, gravity, pinned, scale, sphere, ...
 
@@ -211,6 +213,12 @@ def simulate(
     chosen, mesh = _chosen(scene, mesh, parameters if steps is None else parameters | {"steps": steps})
     functions = taken(functions)
     model, state = build(chosen, functions, energy, hessian, mesh, stand_ins)
+    own = scene if isinstance(scene, Scene) else scenes.get(scene)
+    for remark in idle.remarks(chosen, (n for n in parameters if getattr(chosen, n) != getattr(own, n))):
+        if on_notice:
+            on_notice(remark)
+        else:
+            warnings.warn(remark, stacklevel=2)
     if on_notice:
         for remark in chosen.remarks(mesh, model.pinned):
             on_notice(remark)
@@ -219,10 +227,10 @@ def simulate(
     adapter = adapter_for(chosen, functions, energy, hessian, mesh, stand_ins, model, state.x)
     if out is None:
         return march(chosen, model, state, shown=shown, on_step=on_step, adapter=adapter)
-    _require_repeatable(chosen)
+    described = _description(chosen, functions, energy, hessian, model.body.stand_ins)
 
     def writer() -> Writer:
-        opened = Writer(out, _description(chosen, functions, energy, hessian, model.body.stand_ins))
+        opened = Writer(out, described)
         opened.meshes(model.body, model.pinned, shown)
         return opened
 
@@ -248,24 +256,14 @@ def _chosen(
     return chosen, chosen.load_mesh() if mesh is None else chosen.scaled(meshes.taken(mesh, chosen.MESH))
 
 
-def _require_repeatable(scene: Scene) -> None:
-    """Only scenes that can be found again by name can be written: a run records the name and the parameters."""
-    if scene.name not in scenes.SCENES or scenes.get(scene.name, **scene.parameters()) != scene:
-        raise MuslinError(
-            f"The scene {scene.name!r} is not one of Muslin's, so a run of it could not be read back.",
-            "Add it to muslin/scenes, or simulate without out=.",
-        )
-
-
 def _description(
     scene: Scene, functions: Functions | None, energy: str, hessian: str, stand_ins: frozenset[str]
 ) -> dict[str, Any]:
-    parameters = scene.parameters()
+    said = scenes.recorded(scene)
     if scene.mesh != "grid" and Path(scene.mesh).is_file():
-        parameters["mesh"] = str(Path(scene.mesh).resolve())
+        said["parameters"]["mesh"] = str(Path(scene.mesh).resolve())
     return {
-        "scene": scene.name,
-        "parameters": parameters,
+        **said,
         "functions": str(functions.folder.resolve()) if functions else None,
         "energy": energy,
         "hessian": hessian,

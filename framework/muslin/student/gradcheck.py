@@ -233,16 +233,20 @@ def plot(curve: Curve, path: Path) -> Path:
     """Draw the V-curve as a PNG."""
     from muslin import render
 
-    ideal = curve.reference[0] * (STEPS / STEPS[0]) ** ORDERS[curve.scheme]
-    seen = ideal > curve.reference.min() / 10
-    lines = {
-        "a right derivative": (STEPS, curve.reference),
-        "yours": (STEPS, curve.errors),
-        f"slope {ORDERS[curve.scheme]}": (STEPS[seen], ideal[seen]),
-    }
     image = render.line_plot(
-        lines, f"{curve.task}: {'right' if curve.right else 'wrong'}", "step", "relative error",
+        lines(curve), f"{curve.task}: {'right' if curve.right else 'wrong'}", "step", "relative error",
         log_x=True, log_y=True, markers=True,
     )  # fmt: skip
     path.parent.mkdir(parents=True, exist_ok=True)
     return Path(render.write_png(path, image))
+
+
+def lines(curve: Curve) -> dict[str, tuple[Array, Array]]:
+    """What is drawn: a right derivative only where yours does not hide it, a slope only where there is one."""
+    ideal = curve.reference[0] * (STEPS / STEPS[0]) ** ORDERS[curve.scheme]
+    seen = ideal > curve.reference.min() / 10
+    drawn = {} if curve.right else {"a right derivative": (STEPS, curve.reference)}
+    drawn["yours, as a right one" if curve.right else "yours"] = (STEPS, curve.errors)
+    if seen.any() and np.ptp(np.log10(STEPS[seen])) >= 1:
+        drawn[f"slope {ORDERS[curve.scheme]}"] = (STEPS[seen], ideal[seen] / 5)  # beside yours, not on it
+    return drawn

@@ -166,7 +166,7 @@ def reference(scene: str, beside: Path, on_step: Callable[[int, int], None], **o
     from muslin.simulation import simulating as simulation
 
     out = beside.with_name(f"{beside.name}-reference")
-    simulation.simulate(scene, out=out, on_step=on_step, **options)
+    simulation.simulate(scene, out=out, on_step=on_step, on_notice=lambda said: None, **options)
     return out
 
 

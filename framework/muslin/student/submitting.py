@@ -74,7 +74,9 @@ def pack(workspace: Workspace, out: Path | None = None) -> Packed:
         ) from None
     handed = collect(path, workspace.table)
     wrong = [file for file, content in contents.items() if handed.files.get(file) != content]
-    faults = [f"{file}: {why}" for file, why in handed.refused.items()]
+    faults = [
+        (why if file in why else f"{file}: {why}").rstrip(".") for file, why in handed.refused.items()
+    ]  # each is told as a sentence
     faults += [
         f"{file} is not in the zip as it is in the folder" for file in wrong if file not in handed.refused
     ]

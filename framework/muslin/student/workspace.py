@@ -171,7 +171,7 @@ def find(folder: Path | None = None) -> Workspace:
     start = Path.cwd() if folder is None else folder
     if not start.is_dir():
         raise MuslinError(
-            f"There is no folder {paths.shown(start)}.", "Make a workspace with: muslin start cloth"
+            f"There is no folder {paths.shown(start)}.", f"Make a workspace with: {_starting()}"
         )
     for place in (start, *(start.resolve().parents if folder is None else ())):
         if (about := _json(place / FOLDER / "workspace.json")).get("assignment"):
@@ -182,8 +182,13 @@ def find(folder: Path | None = None) -> Workspace:
                 return Workspace(place, _somebodys(table, place), False)
     raise MuslinError(
         f"There are no task files in {paths.shown(start)}, and it is not in a workspace.",
-        "Go to your workspace, or make one with: muslin start cloth",
+        f"Go to your workspace, or make one with: {_starting()}",
     )
+
+
+def _starting() -> str:
+    """How a workspace is made, of any assignment there is."""
+    return f"muslin start {'|'.join(paths.assignments())}"
 
 
 def _somebodys(table: Assignment, folder: Path) -> Assignment:

@@ -121,6 +121,8 @@ def collar(scene: Cape, start: np.ndarray, time: float) -> np.ndarray:
     return (start - from_here) @ turn.T + at
 
 
+on_the_shoulders.reads = ()  # type: ignore[attr-defined]
+
 SCENE = Cape(
     name="cape",
     title="A cape in motion",

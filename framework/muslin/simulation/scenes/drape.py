@@ -23,6 +23,8 @@ def sagging(scene: Scene, mesh: Mesh) -> np.ndarray:
     return level
 
 
+sagging.reads = ("start_at", "tilt", "sag")  # type: ignore[attr-defined]
+
 SCENE = Scene(
     name="drape",
     title="A cloth draped over a sphere",

@@ -14,6 +14,8 @@ def lifted(scene: Any, mesh: Any) -> np.ndarray:
     return np.asarray(mesh.vertices + np.asarray(scene.start_at))
 
 
+lifted.reads = ("start_at",)  # type: ignore[attr-defined]
+
 SCENE = SolidScene(
     name="drop",
     title="A bear of jelly falls onto a sphere and the floor",

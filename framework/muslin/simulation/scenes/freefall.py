@@ -52,6 +52,8 @@ def curled(scene: FreeFall, mesh: Mesh) -> np.ndarray:
     return x
 
 
+curled.reads = ()  # type: ignore[attr-defined]
+
 SCENE = FreeFall(
     name="freefall",
     title="A curled cloth and a cloth at rest in free fall",

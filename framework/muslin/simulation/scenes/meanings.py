@@ -117,7 +117,7 @@ MEANINGS: dict[str, dict[str, Meaning]] = {
 
 def of(scene: Scene) -> dict[str, list[tuple[str, Any, Meaning]]]:
     """Parameters of a scene by group: name, value, meaning; those the table does not know come last, without one."""
-    left = scene.parameters()
+    left = {name: value for name, value in scene.parameters().items() if name not in scene.FOREIGN}
     found = {
         group: [(name, left.pop(name), meaning) for name, meaning in rows.items() if name in left]
         for group, rows in MEANINGS.items()

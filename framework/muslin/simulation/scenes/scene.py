@@ -12,17 +12,15 @@ import numpy as np
 
 from muslin import mesh as meshes
 from muslin.base import paths
-from muslin.base.errors import MuslinError, choices
+from muslin.base.errors import MuslinError
 from muslin.mesh import Mesh, TetMesh
-from muslin.physics.bending import require_model
 from muslin.physics.body import Body
 from muslin.physics.cloth import ENERGIES
-from muslin.physics.colliders import CONTACT, Collider, Plane, Sphere
-from muslin.physics.material import PLANES, lame
-from muslin.physics.selfcontact import SELF_COLLISION
+from muslin.physics.colliders import Collider, Plane, Sphere
+from muslin.physics.material import lame
 from muslin.simulation.model import Spring
 from muslin.simulation.scenes.pins import PINS, SIDES, near_sides
-from muslin.simulation.scenes.values import _number, converted
+from muslin.simulation.scenes.values import _number
 from muslin.tasks import Functions
 
 #: Flexural rigidity of a cotton cloth of 0.2 kg/m^2 [N m]: its bending length (Peirce 1930), 2 cm, cubed, times its
@@ -150,6 +148,9 @@ class Scene:
 
     #: What it is made of.
     MESH: ClassVar[type[Mesh] | type[TetMesh]] = Mesh
+
+    #: Parameters that do nothing for what it is made of.
+    FOREIGN: ClassVar[frozenset[str]] = frozenset()
 
     #: What messages call what is simulated.
     WORD: ClassVar[str] = "cloth"
@@ -299,104 +300,3 @@ def _two_ends(mesh: Mesh | TetMesh) -> str:
 #: How many times larger or smaller than a scene's own a cloth may be before that is remarked upon.
 FAR_OFF = 10.0
 _FIXED = {"name", "title", "size", "start", "colliders", "carried"}
-
-
-def override(scene: Scene, /, **values: Any) -> Scene:
-    """Copy of a scene with some parameters changed; text is converted to the parameter's type.
-
-    Raises
-    ------
-    MuslinError
-        If a parameter is unknown or a value cannot be read.
-    """
-    known = scene.parameters()
-    changes: dict[str, Any] = {}
-    for name, value in values.items():
-        if name not in known:
-            raise MuslinError(
-                f"The scene {scene.name!r} has no parameter {name!r}.", choices(name, sorted(known))
-            )
-        changes[name] = converted(name, value, _kind(scene, name))
-    if {"E", "nu"} & changes.keys() and not {"mu", "lam"} & changes.keys():
-        changes |= {"mu": None, "lam": None}  # the pair given last counts
-    if changes.get("self_collision") == "exact":
-        changes = {**EXACT, **changes}
-    if changes.get("adaptive") and "diagonals" in known:
-        changes = {**ADAPTIVE, **changes}
-    changed = dataclasses.replace(scene, **changes)
-    if (changed.mu is None) != (changed.lam is None):
-        raise MuslinError(f"The scene {scene.name!r} has only one of mu and lam.", "Give both, or E and nu.")
-    for name, low in LOWEST.items():
-        if not getattr(changed, name) > low:
-            wanted = "positive" if low == 0 else f"at least {low + 1}"
-            raise MuslinError(f"{name} = {getattr(changed, name)} must be {wanted}.")
-    if changed.scale != "fit" and not converted("scale", changed.scale, "float") > 0:
-        raise MuslinError(f"scale = {changed.scale} must be positive.", "Write a factor, or fit.")
-    if changed.plane not in PLANES:
-        raise MuslinError(f"plane = {changed.plane!r} is not understood.", choices(changed.plane, PLANES))
-    if changed.damping < 0:
-        raise MuslinError(
-            f"damping = {changed.damping} must not be negative.", "In seconds, for example 0.001."
-        )
-    require_model(changed.bending, changed.bending_stiffness)
-    if changed.camera not in ("fit", "follow"):
-        raise MuslinError(f"camera = {changed.camera!r} is not understood.", "Write fit or follow.")
-    if changed.contact not in CONTACT:
-        raise MuslinError(
-            f"contact = {changed.contact!r} is not understood.", f"Write {' or '.join(CONTACT)}."
-        )
-    if changed.self_collision not in SELF_COLLISION:
-        raise MuslinError(
-            f"self_collision = {changed.self_collision!r} is not understood.",
-            f"Write {', '.join(SELF_COLLISION[:-1])} or {SELF_COLLISION[-1]}.",
-        )
-    for name, wanted in (EXACT if changed.self_collision == "exact" else {}).items():
-        if getattr(changed, name).replace("_", "-") != wanted:
-            raise MuslinError(
-                f"self_collision = exact needs {name} = {wanted}, not {getattr(changed, name)}.",
-                f"Leave {name} out, or use --set self_collision=fast.",
-            )
-    for name, example in (
-        ("friction", "0.3"), ("look_ahead", "0.04"), ("drag", "1.2"), ("drag_stiffness", "1000"),
-    ):  # fmt: skip
-        if not getattr(changed, name) >= 0:
-            raise MuslinError(
-                f"{name} = {getattr(changed, name)} must not be negative.",
-                f"For example {example}; 0 is none.",
-            )
-    if changed.stretch_limit and not changed.stretch_limit > 1:
-        raise MuslinError(
-            f"stretch_limit = {changed.stretch_limit} must be above 1, or 0 for none.", "For example 1.01."
-        )
-    if not any(changed.view[k] for k in (0, 2)):
-        raise MuslinError("view must not point straight up or down.", "For example: view=0.4,0.35,1")
-    return changed
-
-
-#: What self-collision in every step goes with, and brings along.
-EXACT = {"integrator": "backward-euler", "contact": "solve"}
-
-#: What an adaptive mesh begins with: refined, it folds as well as a grid that is as fine (zigzag ones do not).
-ADAPTIVE = {"diagonals": "alternating"}
-
-#: What parameters must be above.
-LOWEST = {
-    "dt": 0.0,
-    "steps": -1,
-    "frame_every": 0,
-    "fps": 0,
-    "resolution": 1,
-    "sphere_radius": 0.0,
-    "tolerance": 0.0,
-    "self_gap": 0.0,
-    "levels": 0,
-    "budget": 2,
-    "adapt_every": 0,
-    "refine_angle": 0.0,
-    "flip_angle": 0.0,
-}
-
-
-def _kind(scene: Scene, name: str) -> str:
-    kind = next(f.type for f in dataclasses.fields(scene) if f.name == name)
-    return kind if isinstance(kind, str) else kind.__name__  # a subclass may annotate with types or with text

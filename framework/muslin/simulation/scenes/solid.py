@@ -40,6 +40,23 @@ class SolidScene(Scene):
     ENERGIES: ClassVar[tuple[str, ...]] = ENERGIES
     MESH: ClassVar[type[Mesh] | type[TetMesh]] = TetMesh
     WORD: ClassVar[str] = "solid"
+    FOREIGN: ClassVar[frozenset[str]] = frozenset(
+        {
+            *(
+                "diagonals",
+                "plane",
+                "swap_lame",
+                "h",
+                "bending",
+                "bending_stiffness",
+                "stretch_limit",
+                "tilt",
+                "sag",
+            ),
+            *("self_collision", "self_gap", "adaptive", "levels", "budget", "adapt_every", "look_ahead"),
+            *("refine_angle", "refine_stretch", "flip_angle"),
+        }
+    )
 
     def load_mesh(self) -> Any:
         """The undeformed solid."""
@@ -68,8 +85,6 @@ class SolidScene(Scene):
         """The solid; it has one road to the Hessian."""
         if hessian != "closed":
             raise MuslinError(f"A solid has no hessian {hessian!r}.", "Leave it out.")
-        if self.plane != "strain":
-            raise MuslinError("A solid has no plane.", "E and nu are its own: leave plane out.")
         C, D = constants(*self.lame, self.course_parameters)
         return Solid(mesh, C=C, D=D, rho=self.rho, functions=functions, energy=energy, stand_ins=stand_ins)
 

@@ -27,6 +27,8 @@ def wound(scene: Any, mesh: Any) -> np.ndarray:
     return np.stack([X[:, 0], c * X[:, 1] - s * X[:, 2], s * X[:, 1] + c * X[:, 2]], axis=1)
 
 
+wound.reads = ()  # type: ignore[attr-defined]
+
 _NOWHERE: Vec = (0.0, 0.0, 0.0)
 
 SCENE = Twist(
