@@ -118,3 +118,20 @@ def test_no_right_way_to_write_a_function_calls_another_tasks(tmp_path, assignme
     for k, chosen in enumerate(suite.rounds("right", assignment)):
         functions = tasks.load(suite.submission(tmp_path / str(k), chosen, assignment), assignment)
         assert all(failure_of(functions[name]) is None for name in functions.assignment.tasks)
+
+
+def test_of_a_large_matrix_the_wrong_entries_are_told_in_lines_that_fit(tmp_path):
+    body = """
+        H = ti.Matrix.zero(float, 9, 9)
+        for i, j, m, n in ti.ndrange(3, 3, 3, 3):
+            if i == m and j == n:
+                H[3 * i + j, 3 * m + n] = C
+        H[2, 5] += 1e9
+        return H
+        """
+    (report,) = checking.examine(submission(tmp_path, "d2psi_dF2", body), "solids", ("d2psi_dF2",))
+    lines = report.message.splitlines()
+    told = [line for line in lines if "expected =" in line]
+    assert told[0].startswith("[2, 5]   yours = 1")  # it is off by far more than all others
+    assert 1 < len(told) <= 6
+    assert max(map(len, lines[1:])) <= 71  # check indents them by nine

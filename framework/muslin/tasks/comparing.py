@@ -28,6 +28,9 @@ TOLERANCE = 1e-9
 #: formulas to 4e-13 at worst.
 FORMULA = 1e-11
 
+#: Entries of a matrix that is shown whole, and how many are shown of a larger one.
+LARGEST, ENTRIES = 36, 6
+
 
 @dataclass(frozen=True)
 class Verdict:
@@ -113,15 +116,22 @@ def compare(
     name = "" if len(expected) == 1 else f" ({task.results[which].name})"
     among = f", the simplest of {len(wrong)} that are wrong" if len(wrong) > 1 else ""
     head = f"wrong in case {case}{name}{among}: relative error {errors[which, case]:.1e}"
-    message = "\n".join(
-        [
-            head,
-            *_inputs(task, inputs, case),
-            *_block("yours", np.asarray(outputs[which])[case]),
-            *_block("expected", expected[which][case]),
-        ]
-    )
-    return Verdict(task.name, False, message, error, int(case))
+    both = _beside(np.asarray(outputs[which])[case], expected[which][case])
+    return Verdict(task.name, False, "\n".join([head, *_inputs(task, inputs, case), *both]), error, int(case))
+
+
+def _beside(yours: np.ndarray, right: np.ndarray) -> list[str]:
+    """Both results, in lines; of a matrix too large for a terminal the entries that are farthest off."""
+    if right.size <= LARGEST:
+        return [*_block("yours", yours), *_block("expected", right)]
+    off = np.abs(yours.astype(float) - right)
+    order = np.argsort(-off, axis=None, kind="stable")[:ENTRIES]
+    lines = [f"of {' x '.join(map(str, right.shape))} entries those that are farthest off:"]
+    for at in (np.unravel_index(k, right.shape) for k in order):
+        if off[at] > 0:
+            place = ", ".join(str(int(i)) for i in at)
+            lines.append(f"[{place}]   yours = {_text(yours[at])}   expected = {_text(right[at])}")
+    return lines
 
 
 def _errors(
