@@ -9,6 +9,7 @@ import pytest
 import muslin
 from muslin import MuslinError
 from muslin.mesh import grid
+from muslin.present.pictures import export_run, render_run
 from muslin.simulation.runs import RunFolder
 from muslin.simulation.scenes import SCENES, Scene, get, idle, override, rebuilt, recorded
 from muslin.simulation.scenes.scene import lying
@@ -114,6 +115,21 @@ def test_a_run_of_a_scene_of_one_s_own_is_written_read_back_and_resumed(tmp_path
     resumed = muslin.simulate("mine", steps=4, out=tmp_path / "run", resume=True)
     np.testing.assert_array_equal(resumed.x, whole.x)
     np.testing.assert_array_equal(RunFolder(tmp_path / "run").frames[-1], whole.x)
+
+
+def test_a_run_of_a_scene_of_one_s_own_is_filmed_and_exported(tmp_path):
+    muslin.simulate(MINE, out=tmp_path / "run")
+    written = render_run(tmp_path / "run", film="none", size=(64, 48), quality="draft")
+    written += export_run(tmp_path / "run", "obj", None)
+    assert written
+    assert all(path.is_file() for path in written)
+
+
+@pytest.mark.parametrize("name", ["../mine", "a/b", "", "a.b"])
+def test_a_scene_whose_name_is_no_file_s_is_not_written(name, tmp_path):
+    with pytest.raises(MuslinError, match="cannot be named"):
+        muslin.simulate(dataclasses.replace(MINE, name=name), out=tmp_path / "run")
+    assert not list(tmp_path.iterdir())
 
 
 @pytest.mark.parametrize("name", SCENES)

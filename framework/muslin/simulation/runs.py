@@ -371,7 +371,8 @@ def _clear(folder: Path) -> None:
             )
         with contextlib.suppress(OSError, ValueError, KeyError):  # pictures of the earlier run
             name = json.loads((folder / "run.json").read_text(encoding="utf-8"))["scene"]
-            for picture in [*folder.glob(f"{name}.*"), *folder.glob(f"{name}-energies.png")]:
+            ours = (f"{name}.*", f"{name}-energies.png") if scenes.NAME.fullmatch(str(name)) else ()
+            for picture in itertools.chain(*map(folder.glob, ours)):
                 picture.unlink()
         for name in ("frames", "display", "meshes"):
             shutil.rmtree(folder / name, ignore_errors=True)

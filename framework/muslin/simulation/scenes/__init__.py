@@ -7,6 +7,7 @@ this folder and name it in `CLOTHS` or `SOLIDS`.
 from __future__ import annotations
 
 import dataclasses
+import re
 from importlib import import_module
 from typing import Any
 
@@ -72,9 +73,17 @@ def rebuilt(said: dict[str, Any]) -> Scene:
     if "own" not in said:
         return get(said["scene"], **parameters)
     own = said["own"]
+    if not NAME.fullmatch(said["scene"]):
+        raise MuslinError(
+            f"A run cannot be named {said['scene']!r}: its pictures are named like its scene.",
+            "Letters, digits, - and _ will do.",
+        )
     scene = dataclasses.replace(get(own["like"]), name=said["scene"], title=own["title"], size=own["size"])
     return override(scene, **parameters)
 
+
+#: What a scene of one's own may be called: files are named like it.
+NAME = re.compile(r"[A-Za-z0-9_-]{1,64}")
 
 #: What a scene does by code, which a run cannot write down.
 _CODE = ("start", "colliders", "carried")
