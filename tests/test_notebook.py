@@ -157,7 +157,7 @@ def test_the_notebook_goes_from_start_to_all_green_and_hands_in_the_same_zip(sta
     packed = submitting.pack(workspace.find(started), started / "again.zip")
     assert packed.path.read_bytes() == from_notebook
     with zipfile.ZipFile(packed.path) as archive:
-        assert sorted(archive.namelist()) == sorted(TABLE.files)
+        assert sorted(archive.namelist()) == sorted([*TABLE.files, "assignment.toml"])
 
 
 def test_three_mistakes_in_a_notebook_are_three_named_verdicts(started):

@@ -8,9 +8,11 @@ import numpy as np
 import pytest
 
 import muslin
+from muslin import tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError, SimulationError
 from muslin.mesh import block
+from muslin.physics import cloth, stand_ins
 from muslin.physics.solid import NEEDS, Solid
 
 C, D = 3.0, 20.0
@@ -92,3 +94,11 @@ def test_a_function_that_returns_nan_is_named(tmp_path, file, old, new, part, na
     solid = Solid(MESH, C=C, D=D, functions=changed(tmp_path / "mine", file, old, new))
     with pytest.raises(SimulationError, match=rf"{named} returns .* tetrahedron 0 \(vertices"):
         getattr(solid, part)(CRUMPLED)
+
+
+@pytest.mark.parametrize(("assignment", "body"), [("cloth", cloth.NEEDS), ("solids", NEEDS)])
+def test_the_tasks_behind_a_part_are_those_of_the_body_that_an_assignment_drives(assignment, body):
+    """Energy, mass and kinetic energy have the same tasks in both; forces have not."""
+    found = stand_ins.needs(tasks.assignment(assignment).tasks)
+    assert dict(body).items() <= found.items()
+    assert {"binding", "carrying"} <= set(found)

@@ -19,7 +19,7 @@ def needs(tasks: Iterable[str]) -> Mapping[str, tuple[str, ...]]:
     """Tasks behind each part of a simulation with an assignment's tasks: of the body whose tasks those are."""
     there = set(tasks)
     bodies: tuple[Mapping[str, tuple[str, ...]], ...] = (cloth.NEEDS, solid.NEEDS)
-    known = [sum(name in there for names in body.values() for name in names) for body in bodies]
+    known = [sum(there.issuperset(names) for names in body.values()) for body in bodies]  # whole parts
     body = bodies[known.index(max(known))]
     parts = {**body, **colliders.NEEDS, **skinning.NEEDS}
     return {part: names for part, names in parts.items() if there.issuperset(names)}
