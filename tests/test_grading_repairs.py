@@ -21,6 +21,7 @@ from muslin.reading.meaning import Fixed, Meaning, Same, Unclear
 from muslin.reading.repairs import KINDS, Changes
 from muslin.reading.source import Source
 from muslin.student import plain
+from muslin.tasks.batch import evaluate
 
 sys.path.insert(0, str(Path(__file__).parent / "misconceptions"))
 import suite
@@ -342,6 +343,48 @@ def test_a_mistake_on_a_way_nobody_wrote_down_is_named_with_its_line(task, body,
     assert found is not None
     for word in words:
         assert word in found.mistake, found.mistake
+
+
+@pytest.mark.parametrize(
+    ("task", "body", "words"),
+    [
+        (
+            "psi",
+            "a = 0\nfor k in ti.static(range(2)):\n    a += (s[k] - 1) ** 2\n"
+            "return mu * a + 0.5 * lam * (s[0] + s[1] - 2) ** 2",
+            "Line 1: a is born as a whole number, so that what it gets later is cut off: `0.0` belongs there.",
+        ),
+        (
+            "mass_block",
+            "m = 0\nif i == j:\n    m = 1 / 6\nelse:\n    m = 1 / 12\nreturn rho * h * area * m",
+            "Line 1: m is born as a whole number, so that what it gets later is cut off: `0.0` belongs there.",
+        ),
+        (
+            "d2psi_ds2",
+            "H = ti.Matrix.zero(int, 3, 3)\nfor i, j in ti.static(ti.ndrange(2, 2)):\n    H[i, j] = lam\n"
+            "    if i == j:\n        H[i, j] += 2 * mu\nreturn H",
+            "`ti.Matrix.zero(float, 3, 3)` belongs there.",
+        ),
+    ],
+)
+def test_a_number_that_is_born_whole_is_the_mistake_and_not_what_it_is_cut_off_by(
+    task, body, words, tmp_path
+):
+    text = "\n".join(
+        [
+            "@ti.func",
+            f"def {task}({', '.join(v.name for v in TABLE[task].inputs)}):",
+            textwrap.indent(body, "    "),
+        ]
+    )
+    path = tmp_path / TABLE[task].file
+    path.write_text("import taichi as ti\n\n\n" + text + "\n")
+    inputs, expected = reference.cases("cloth", task)
+    got = evaluate(tasks.load(tmp_path, tasks.assignment("cloth"))[task], **inputs)
+    found = diagnosis.diagnose(
+        TABLE[task], got if isinstance(got, tuple) else (got,), expected, inputs, "cloth", path.read_text()
+    )
+    assert words.replace("Line 1", "Line 6") in found.mistake
 
 
 def test_what_is_computed_in_the_line_is_said_where_it_is_known():

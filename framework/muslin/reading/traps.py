@@ -12,20 +12,32 @@ from collections.abc import Callable, Iterator
 from muslin.reading.page import Note, Page, assignments, is_taichi, name_of, nodes, used
 
 
-def _whole(node: ast.expr) -> bool:
+def whole(node: ast.expr) -> bool:
     """Whether an expression is made of whole numbers only."""
     if isinstance(node, ast.Constant):
         return type(node.value) is int
     if isinstance(node, ast.UnaryOp):
-        return _whole(node.operand)
+        return whole(node.operand)
     if isinstance(node, ast.BinOp):
-        return not isinstance(node.op, ast.Div) and _whole(node.left) and _whole(node.right)
+        return not isinstance(node.op, ast.Div) and whole(node.left) and whole(node.right)
     if isinstance(node, (ast.List, ast.Tuple)):
-        return bool(node.elts) and all(map(_whole, node.elts))
+        return bool(node.elts) and all(map(whole, node.elts))
     if is_taichi(node, "Vector", "Matrix"):
         assert isinstance(node, ast.Call)
-        return len(node.args) == 1 and _whole(node.args[0])
+        return len(node.args) == 1 and whole(node.args[0])
     return False
+
+
+def is_int(node: ast.expr) -> bool:
+    """Whether an argument says that entries are whole numbers."""
+    return ast.unparse(node) in ("int", "ti.i32", "ti.i64")
+
+
+def _born_whole(node: ast.expr) -> bool:
+    """Whether a variable that gets this first is one of whole numbers."""
+    return whole(node) or (
+        isinstance(node, ast.Call) and any(map(is_int, node.args)) and not is_taichi(node, "cast")
+    )
 
 
 def _lists(page: Page) -> Iterator[Note]:
@@ -57,12 +69,12 @@ def _whole_numbers(page: Page) -> Iterator[Note]:
         if isinstance(target, ast.Name) and name not in seen and not isinstance(statement, ast.AugAssign):
             first[name] = statement, value
             seen.add(name)
-        elif name in first and _whole(first[name][1]) and not _whole(value):
-            statement_born, _ = first.pop(name)
+        elif name in first and _born_whole(first[name][1]) and not whole(value):
+            statement_born, born = first.pop(name)
             yield page.note(
                 statement_born,
                 f"{name} is born as a whole number, so what it gets in line {statement.lineno} is cut off; "
-                "write 0.0 for 0.",
+                f"write {'0.0 for 0' if whole(born) else 'float for int'}.",
                 compiles=True,
             )
 
@@ -75,7 +87,7 @@ def _integer_division(page: Page) -> Iterator[Note]:
             yield page.note(node, "int cuts off the fraction; leave it out.", compiles=True)
         elif isinstance(node, ast.Call) and is_taichi(node, "cast") and len(node.args) > 1:
             truth = isinstance(node.args[0], (ast.Compare, ast.BoolOp))
-            if not truth and ast.unparse(node.args[1]) in ("int", "ti.i32", "ti.i64"):
+            if not truth and is_int(node.args[1]):
                 yield page.note(node, "this cuts off the fraction; leave the cast out.", compiles=True)
 
 

@@ -9,7 +9,7 @@ from collections.abc import Callable, Iterator, Mapping
 
 from muslin.reading.meaning import Meaning
 from muslin.reading.repairs import alike, expressions, missing, order, statements
-from muslin.reading.repairs.pieces import KINDS, Repair, code, name, terms, text_of
+from muslin.reading.repairs.pieces import BORN, KINDS, Repair, code, name, terms, text_of
 from muslin.reading.repairs.scope import Scope
 
 #: Of changes of a kind that come to the same, what is said sooner or later: a transpose too many is there to be seen.
@@ -32,7 +32,7 @@ FEW = re.compile("<->|^(and|or|no) |^(and|or)->")
 
 def _rank(repair: Repair) -> tuple[float, int, int]:
     """How plain a change is: one in one place before one in several, a number for a number before a name for it."""
-    kind = float(KINDS.index(repair.kind))
+    kind = -1.0 if repair.detail == BORN else float(KINDS.index(repair.kind))
     if repair.detail.startswith("target "):
         kind = KINDS.index("another")  # a name read is taken for another sooner than a name written
     elif repair.kind == "condition" and FEW.search(repair.detail):
@@ -43,7 +43,7 @@ def _rank(repair: Repair) -> tuple[float, int, int]:
         kind += LESS_PLAIN
     elif repair.detail.startswith("once, "):
         kind = KINDS.index("lacks term")  # what a line is for that is no sum is told sooner
-    elif repair.kind == "loop" and repair.detail != "=->-=":  # there are few of them
+    elif repair.kind == "loop" and repair.detail not in ("=->-=", BORN):  # there are few of them
         kind = KINDS.index("operation") + 0.5
     elif repair.kind == "name" and not repair.detail[:1].isalpha():
         kind = KINDS.index("number") + 0.5

@@ -19,6 +19,9 @@ KINDS = (
     "where", "nothing",
 )  # fmt: skip
 
+#: Detail of the plainest change: a number that is born with fractions.
+BORN = "born"
+
 #: Shape of a value: () of a number, (3,) of a vector.
 Form = tuple[int, ...]
 

@@ -3,14 +3,17 @@
 from __future__ import annotations
 
 import ast
+import copy
 import itertools
 import re
 from collections.abc import Iterator, Mapping
 from functools import partial
 from typing import Any
 
+from muslin.reading import traps
 from muslin.reading.repairs.alike import renumbered
 from muslin.reading.repairs.pieces import (
+    BORN,
     OPERATORS,
     Repair,
     code,
@@ -32,6 +35,7 @@ def changes(scope: Scope, node: ast.stmt) -> Iterator[Repair]:
         yield from _added(node)
         yield from _guarded(scope, node)
     elif isinstance(node, ast.Assign):
+        yield from _born(node)
         yield from _assigned(scope, node)
         yield from _guarded(scope, node)
     elif isinstance(node, ast.For):
@@ -40,6 +44,29 @@ def changes(scope: Scope, node: ast.stmt) -> Iterator[Repair]:
         words = f"the two branches of the condition {code(node.test)} are exchanged"
         turned = ast.If(node.test, node.orelse, node.body)
         yield Repair("condition", "turned", node.lineno, words, {id(node): turned})
+
+
+def _born(node: ast.Assign) -> Iterator[Repair]:
+    """A variable that is born as a whole number, and keeps that type, as one with fractions."""
+    target = node.targets[0]
+    if not isinstance(target, ast.Name):
+        return
+    born = copy.deepcopy(node.value)
+    if traps.whole(born):
+        for part in ast.walk(born):
+            if isinstance(part, ast.Constant):
+                part.value = float(part.value)  # type: ignore[arg-type]
+    elif isinstance(born, ast.Call) and (
+        types := [k for k, arg in enumerate(born.args) if traps.is_int(arg)]
+    ):
+        born.args[types[0]] = name("float")
+    else:
+        return
+    words = (
+        f"{target.id} is born as a whole number, so that what it gets later is cut off: "
+        f"{code(born)} belongs there"
+    )
+    yield Repair("loop", BORN, node.lineno, words, {id(node): ast.Assign(node.targets, born)})
 
 
 def _targets(scope: Scope, node: ast.Assign | ast.AugAssign) -> Iterator[Repair]:
