@@ -277,6 +277,9 @@ def test_what_the_log_calls_gravity_is_said_to_hold_the_pull_where_the_mouse_pul
     assert list(run.scene.energy_names.items())[2] == ("gravity and pull", "gravity")
     assert "gravity and pull" in run.scene.energies_told(run.energies[0])
     assert "pull" not in scenes.get("beam").energies_told(run.energies[0])
+    assert "-0" not in scenes.get("twist").energies_told(
+        dict.fromkeys(("kinetic", "elastic", "gravity"), -0.0)
+    )
 
 
 def test_the_mouse_lets_go():

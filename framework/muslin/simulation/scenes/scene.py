@@ -186,7 +186,7 @@ class Scene:
     def energies_told(self, row: Any) -> str:
         """A row of a run's log [J] in words, the total left out."""
         return ", ".join(
-            f"{name} {row[kind]:.4g}" for name, kind in self.energy_names.items() if kind != "total"
+            f"{name} {row[kind] + 0.0:.4g}" for name, kind in self.energy_names.items() if kind != "total"
         )
 
     def spring(self, mesh: Any, time: float) -> Spring | None:
