@@ -329,7 +329,7 @@ def test_pvd_lists_each_frame_at_its_time_with_exact_data(tmp_path, to):
         np.testing.assert_allclose(mesh.points, given.at(k), atol=1e-12)
         np.testing.assert_array_equal(mesh.cells_dict["triangle"], given.triangles)
         np.testing.assert_allclose(mesh.point_data["displacement"], given.at(k) - given.rest, atol=1e-12)
-        np.testing.assert_array_equal(mesh.point_data["strain"], 1.0 + k)
+        np.testing.assert_array_equal(mesh.point_data["stretch"], 1.0 + k)
     assert len({s.get("file") for s in sets if s.get("name") == "ball"}) == 1
     moving = [s.get("file") for s in sets if s.get("name") == "ball_2"]
     for k, file in enumerate(moving):
@@ -352,7 +352,7 @@ def test_ply_and_obj_frames_read_back_exactly(tmp_path):
         ply = meshio.read(plys[k])
         np.testing.assert_array_equal(ply.points, given.at(k))
         np.testing.assert_array_equal(ply.cells_dict["triangle"], given.triangles)
-        np.testing.assert_array_equal(ply.point_data["strain"], 1.0 + k)
+        np.testing.assert_array_equal(ply.point_data["stretch"], 1.0 + k)
         lines = objs[k].read_text().splitlines()
         v = np.array([line.split()[1:] for line in lines if line.startswith("v ")], dtype=float)
         np.testing.assert_array_equal(v[:n], given.at(k))

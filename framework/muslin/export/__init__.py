@@ -10,7 +10,7 @@ to     what is written for the path `drape`                               opens 
 =====  =================================================================  ==============================
 glb    `drape.glb`: morph targets, at most `max_frames` frames            Blender, browsers, viewers
 usda   `drape.usda`: time-sampled points                                  Blender, Houdini, Maya, usdview
-pvd    `drape.pvd` and `drape_0000.vtu`, ...: displacement, strain;       ParaView
+pvd    `drape.pvd` and `drape_0000.vtu`, ...: displacement, stretch;       ParaView
        of a solid `drape_solid_0000.vtu`, too: its von Mises stress
 vtu    the same as pvd                                                    ParaView
 ply    `drape_0000.ply`, ...; props `drape_sphere_0000.ply`               Blender, MeshLab, ParaView
@@ -46,7 +46,7 @@ __all__ = ["FORMATS", "MAX_FRAMES", "Animation", "Prop", "Shape", "Solid", "writ
 FORMATS: dict[str, tuple[Callable[..., list[Path]], str, str]] = {
     "glb": (write_glb, ".glb", "glTF 2.0 binary, one file: Blender, browsers, viewers"),
     "usda": (write_usda, ".usda", "OpenUSD text, one file: Blender, Houdini, Maya, usdview"),
-    "pvd": (write_pvd, ".pvd", "VTK, a PVD and a VTU per frame, with displacement and strain: ParaView"),
+    "pvd": (write_pvd, ".pvd", "VTK, a PVD and a VTU per frame, with displacement and stretch (the principal one furthest from 1): ParaView"),
     "vtu": (write_pvd, ".pvd", "the same as pvd"),
     "ply": (write_ply, ".ply", "PLY, a file per frame: Blender, MeshLab, ParaView"),
     "obj": (write_obj, ".obj", "Wavefront OBJ, a file per frame: Blender and most others"),

@@ -55,14 +55,14 @@ def write_pvd(animation: Animation, path: Path, notice: Notice) -> list[Path]:
             if body.rest is not None and animation.adapted is not None:
                 shape = animation.adapted(k)
                 x, triangles = shape.x, shape.triangles
-                data = {"displacement": x - shape.rest, "strain": shape.strain}
+                data = {"displacement": x - shape.rest, "stretch": shape.strain}
             else:
                 x, triangles = body.at(k), body.triangles
                 if body.rest is not None:
                     data["displacement"] = x - body.rest
                     strain = animation.strain_at(k)
                     if strain is not None:
-                        data["strain"] = strain
+                        data["stretch"] = strain
             _meshio(file, meshio.Mesh(x, [("triangle", triangles)], point_data=data), "vtu")
             written[file] = None
         return file
@@ -128,7 +128,7 @@ def write_ply(animation: Animation, path: Path, notice: Notice) -> list[Path]:
         cloth = body.rest is not None
         for k in range(len(animation) if body.moves else 1):
             strain = animation.strain_at(k) if cloth else None
-            data = {} if strain is None else {"strain": strain}
+            data = {} if strain is None else {"stretch": strain}
             file = numbered(path, k, "" if cloth else body.name)
             _meshio(file, meshio.Mesh(body.at(k), [("triangle", body.triangles)], point_data=data), "ply")
             written.append(file)
