@@ -11,7 +11,7 @@ import pytest
 
 from muslin.base import runtime
 from muslin.base.errors import MuslinError
-from muslin.mesh import shapes, vertex_normals
+from muslin.mesh import block, shapes, vertex_normals
 from muslin.render import (
     Camera,
     Legend,
@@ -23,6 +23,7 @@ from muslin.render import (
     fit_camera,
     ground_surface,
     sphere_surface,
+    stage,
     strain_colours,
     text_overlay,
     write_png,
@@ -78,6 +79,20 @@ def test_a_picture_has_the_normals_of_the_mesh():
     scene = gather([Surface(x, mesh.triangles, Material("solid", "#a0a0a0"))], wireframe=False)
     seen = scene.vertex[:, shade.NORMAL : shade.NORMAL + 3]
     np.testing.assert_allclose(seen, vertex_normals(x, mesh.triangles), atol=2e-6)
+
+
+def test_a_solids_sharp_edges_are_sharp_and_its_round_ones_round():
+    shell = block(3, 4, 5, 1.0, 2.0, 3.0).shell()
+    rows, faces = stage.creased(shell.vertices, shell.triangles)
+    np.testing.assert_array_equal(rows[faces], shell.triangles)
+    normals = vertex_normals(shell.vertices[rows], faces)
+    np.testing.assert_allclose(
+        np.sort(np.abs(normals), axis=1), np.tile([0.0, 0.0, 1.0], (len(rows), 1)), atol=1e-15
+    )
+    assert len(rows) == 2 * (3 * 4 + 4 * 5 + 3 * 5)  # each of six sides has its own
+    ball = sphere_surface((0, 0, 0), 1.0)
+    rows, faces = stage.creased(np.asarray(ball.vertices), np.asarray(ball.triangles))
+    np.testing.assert_array_equal(np.sort(rows), np.arange(len(ball.vertices)))
 
 
 # Determinism

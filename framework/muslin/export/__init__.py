@@ -46,7 +46,11 @@ __all__ = ["FORMATS", "MAX_FRAMES", "Animation", "Prop", "Shape", "Solid", "writ
 FORMATS: dict[str, tuple[Callable[..., list[Path]], str, str]] = {
     "glb": (write_glb, ".glb", "glTF 2.0 binary, one file: Blender, browsers, viewers"),
     "usda": (write_usda, ".usda", "OpenUSD text, one file: Blender, Houdini, Maya, usdview"),
-    "pvd": (write_pvd, ".pvd", "VTK, a PVD and a VTU per frame, with displacement and stretch (the principal one furthest from 1): ParaView"),
+    "pvd": (
+        write_pvd,
+        ".pvd",
+        "VTK, a PVD and a VTU per frame, with displacement and stretch (the principal one furthest from 1): ParaView",
+    ),
     "vtu": (write_pvd, ".pvd", "the same as pvd"),
     "ply": (write_ply, ".ply", "PLY, a file per frame: Blender, MeshLab, ParaView"),
     "obj": (write_obj, ".obj", "Wavefront OBJ, a file per frame: Blender and most others"),

@@ -124,6 +124,11 @@ class Show:
             return None
         return bind(frozen(self.run.rest, self.run.shown_triangles, "skin"), solid)
 
+    @functools.cached_property
+    def _creased(self) -> tuple[np.ndarray, np.ndarray] | None:
+        """A solid's surface as it is drawn, with sharp edges."""
+        return None if self.run.cells is None else stage.creased(*self.run.mesh_of(0))
+
     def surfaces(self, k: int) -> list[render.Surface]:
         """What moves, what holds it, colliders and ground in frame k."""
         values = (
@@ -131,7 +136,9 @@ class Show:
         )
         rest, triangles = self.run.mesh_of(k)
         uv = self.uv if rest is self.run.rest else stage.pattern(rest)
-        cloth = render.Surface(self.frames[k], triangles, self.cloth, uv, values)
+        rows, triangles = self._creased or (slice(None), triangles)
+        values = None if values is None else values[rows]
+        cloth = render.Surface(self.frames[k][rows], triangles, self.cloth, uv[rows], values)
         drawn = ((c, stage.drawn_radius(c, self.scene.contact, self._longest)) for c in self.colliders(k))
         others = [*self._walls, *(stage.collider_surface(c, radius) for c, radius in drawn)]
         if self.scene.ground is not None:

@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.sparse.csgraph import connected_components
 
-from muslin.mesh import block
+from muslin.mesh import area_and_normal, block
 from muslin.physics.colliders import Capsule, Sphere
 from muslin.render.materials import PROP
 from muslin.render.shapes import Surface, capsule_surface, ground_surface, sphere_surface
@@ -19,6 +21,48 @@ HALF_THICKNESS = 5e-4
 #: Share of its radius that a collider is drawn at where the filter of S9 alone keeps cloth out of it: that notices what
 #: is inside already.
 FILTERED = 0.975
+
+
+#: Angle between neighbouring triangles of a solid at rest from which the edge between them is a sharp one [degrees].
+SHARP = 60.0
+
+
+def creased(
+    rest: NDArray[np.float64], triangles: NDArray[np.integer]
+) -> tuple[NDArray[np.integer], NDArray[np.integer]]:
+    """A surface whose triangles share a vertex only where it is round between them, so that sharp edges look sharp.
+
+    Parameters
+    ----------
+    rest : (n, 3) float64
+        Undeformed [m].
+    triangles : (m, 3) int
+
+    Returns
+    -------
+    rows : (k,) int
+        Which vertex each of the surface drawn is.
+    faces : (m, 3) int
+        The triangles, with vertices of the surface drawn.
+    """
+    _, normal = area_and_normal(rest, triangles)
+    ends = np.stack([triangles, np.roll(triangles, -1, axis=1)], axis=2).reshape(-1, 2)
+    order = np.lexsort((ends.max(axis=1), ends.min(axis=1)))
+    key = np.sort(ends[order], axis=1)
+    first = np.flatnonzero((key[1:] == key[:-1]).all(axis=1))  # an edge, from either of its triangles
+    a, b = order[first], order[first + 1]
+    round_ = np.einsum("ei,ei->e", normal[a // 3], normal[b // 3]) > np.cos(np.radians(SHARP))
+    a, b = a[round_], b[round_]
+    corners = np.arange(triangles.size).reshape(-1, 3)
+    following = np.roll(corners, -1, axis=1).reshape(-1)  # the corner at the other end of a corner's edge
+    joined = np.concatenate([a, following[a]]), np.concatenate([following[b], b])
+    shape = (triangles.size, triangles.size)
+    count, group = connected_components(
+        sp.coo_matrix((np.ones(len(joined[0])), joined), shape), directed=False
+    )
+    rows = np.zeros(count, dtype=np.int64)
+    rows[group] = np.ravel(triangles)
+    return rows, group.reshape(-1, 3)
 
 
 def longest_edge(x: NDArray[np.float64], cells: NDArray[np.integer]) -> float:
