@@ -122,7 +122,7 @@ def test_our_functions_are_called_wherever_we_stand(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     done = run(python("muslin.cli:main"), limit=60)
     assert b"the working folder" not in done.errors
-    assert b"learn cloth" in done.output + done.errors
+    assert b"Muslin: learn" in done.output + done.errors
 
 
 def echo(channel, factor):
