@@ -161,9 +161,11 @@ def test_an_assignment_nobody_has_is_graded_as_no_other(tmp_path, name, monkeypa
         assert "there is none of that name here" in " ".join(capfd.readouterr().err.split())
 
 
-@pytest.mark.parametrize(("name", "meant"), [("solids", "solids"), ("cloth", "cloth"), (None, None)])
-def test_a_submission_says_which_assignment_it_answers(tmp_path, name, meant):
-    assert submission.named(answering(tmp_path / "work", name)) == meant
+@pytest.mark.parametrize(("name", "meant"), [("solids", "solids"), ("cloth", "cloth"), (None, "cloth")])
+def test_a_submission_says_which_assignment_it_answers_or_its_files_do(tmp_path, name, meant):
+    work = answering(tmp_path / "work", name)
+    assert submission.named_by([submission.Source(work)], "work") == name
+    assert submission.answered(work) == meant
 
 
 def test_in_a_class_what_answers_another_assignment_has_no_score_but_a_reason(tmp_path):

@@ -1,7 +1,7 @@
 """What a caller hands over, checked before anything is made of it: numbers, arrays and paths.
 
-Whatever is something else is refused in a sentence that names it. (Meshes: `muslin.mesh.taken`; a folder's functions:
-`muslin.tasks.taken`.)
+Whatever is something else is refused in a sentence that names it. (Meshes: `muslin.mesh.handing`; a folder's
+functions: `muslin.tasks.loading`.)
 """
 
 from __future__ import annotations

@@ -12,7 +12,7 @@ import hashlib
 import json
 import os
 import sys
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -95,33 +95,8 @@ def collect(path: Path | str, table: Assignment) -> Handed:
     return gather(sources, whole.name, table)
 
 
-def named(path: Path | str) -> str | None:
-    """Which assignment a submission answers: the one that its own `assignment.toml` names, if it has one.
-
-    Parameters
-    ----------
-    path : path
-        A folder, a zip or a tar.
-
-    Raises
-    ------
-    MuslinError
-        If there is no assignment of that name.
-    """
-    whole = Path(path).resolve()
-    if whole.is_dir() and paths.source(whole.name).resolve() == whole:
-        return whole.name  # a solution: what judges it lies below, with manifests of its own
-    return named_by([Source(whole)], paths.shown(path))
-
-
-def named_by(sources: Sequence[Source], name: str) -> str | None:
-    """As `named`, of what was handed in in several pieces."""
-    manifest = base64.b64decode(_asked(sources, (MANIFEST,)).get("files", {}).get(MANIFEST, ""))
-    return named_in(manifest.decode("utf-8", errors="replace"), name)
-
-
 def answered(path: Path | str) -> str | None:
-    """Which assignment a submission answers: as its own manifest says, or else by the names of its files.
+    """Which assignment a submission answers: as its own `assignment.toml` says, or else by the names of its files.
 
     Parameters
     ----------
@@ -132,8 +107,33 @@ def answered(path: Path | str) -> str | None:
     -------
     str or None
         None where neither says anything.
+
+    Raises
+    ------
+    MuslinError
+        If its `assignment.toml` names one that there is not.
     """
-    return named(path) or fitting(_asked([Source(Path(path).resolve())], _all_files()).get("files", {}))
+    whole = Path(path).resolve()
+    if whole.is_dir() and paths.source(whole.name).resolve() == whole:
+        return whole.name  # a solution: what judges it lies below, with manifests of its own
+    files = _asked([Source(whole)], (MANIFEST, *_all_files())).get("files", {})
+    return _said(files, paths.shown(path)) or fitting(files)
+
+
+def named_by(sources: Sequence[Source], name: str) -> str | None:
+    """Which assignment the `assignment.toml` of what was handed in names, if it has one.
+
+    Raises
+    ------
+    MuslinError
+        If there is no assignment of that name.
+    """
+    return _said(_asked(sources, (MANIFEST,)).get("files", {}), name)
+
+
+def _said(files: Mapping[str, str], name: str) -> str | None:
+    manifest = base64.b64decode(files.get(MANIFEST, ""))
+    return named_in(manifest.decode("utf-8", errors="replace"), name)
 
 
 def _all_files() -> list[str]:

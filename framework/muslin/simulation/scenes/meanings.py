@@ -94,7 +94,7 @@ MEANINGS: dict[str, dict[str, Meaning]] = {
         ),
         "solver": M("of linear systems: `auto`, `cholmod`, `multifrontal`, `superlu` or `cg`"),
         "project": M("whether each cell's Hessian is made positive semi-definite"),
-        "tolerance": M("of Newton's method, relative"),
+        "tolerance": M("of Newton's method and of `cg`, relative; where contacts are solved `cg` has 1e-12 at most"),
     },
     "An adaptive mesh": {
         "adaptive": M("whether a cloth's mesh is refined and coarsened while it moves"),
