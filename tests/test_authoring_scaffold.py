@@ -15,7 +15,7 @@ from muslin import cli, tasks
 from muslin.authoring import lint, reference_data, scaffold
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.judging import reference
+from muslin.judging import checking
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -41,8 +41,8 @@ def test_a_new_assignment_works_at_once(repository, monkeypatch, capsys):
     assert "muslin lint heat" in out
     table = tasks.assignment("heat")
     assert list(table.tasks) == ["example"]
-    assert all(verdict.ok for verdict in reference.check(muslin.load("solutions/heat", table)))
-    assert not any(verdict.ok for verdict in reference.check(muslin.load("assignments/heat", table)))
+    assert all(verdict.ok for verdict in checking.check(muslin.load("solutions/heat", table)))
+    assert not any(verdict.ok for verdict in checking.check(muslin.load("assignments/heat", table)))
     assert muslin.grade("solutions/heat", "heat").score == 5
     assert muslin.grade("assignments/heat", "heat").score == 0
     assert reference_data.verify("heat").ok
@@ -88,7 +88,7 @@ def test_a_new_task_of_cloth_works_at_once(repository, monkeypatch, capsys):
         "strain_energy.py",
         "S5",
     )
-    (verdict,) = reference.check(muslin.load("solutions/cloth"), ["stretch_rate"])
+    (verdict,) = checking.check(muslin.load("solutions/cloth"), ["stretch_rate"])
     assert verdict.ok
     handout = (repository / "solutions/cloth/README.md").read_text(encoding="utf-8")
     place = handout.index("### stretch_rate")
@@ -123,7 +123,7 @@ def test_a_task_may_bring_a_section_of_its_own(repository):
         r"^##+ (\w+)", Path("solutions/heat/README.md").read_text(encoding="utf-8"), re.MULTILINE
     )
     assert headings == ["All", "S1", "example", "S2", "flux", "source"]
-    assert all(verdict.ok for verdict in reference.check(muslin.load("solutions/heat", "heat")))
+    assert all(verdict.ok for verdict in checking.check(muslin.load("solutions/heat", "heat")))
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,8 @@ from muslin import cli
 from muslin.authoring import lint, mistakes, reference_data, release
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.judging import judge, measured, properties, reference
-from muslin.judging.judge import secret
+from muslin.judging import checking, judge, measured, properties, reference
+from muslin.judging.knowledge import secret
 from muslin.tasks.authored import AuthorError
 
 TOY = Path(__file__).parent / "toy"
@@ -317,13 +317,13 @@ def test_a_right_answer_is_right_on_a_students_machine_though_its_terms_stay_wit
     """At rest it is a small difference of large numbers: 1e-17 where nothing belongs."""
     work, student = at_rest
     assert secret("toy", "terms_psi")
-    (verdict,) = reference.check(muslin.load(work, "toy"), ["psi"])
+    (verdict,) = checking.check(muslin.load(work, "toy"), ["psi"])
     assert verdict.ok
     inputs, _ = reference.cases("toy", "psi")
     graders = judge("toy", "psi").terms(inputs)
     monkeypatch.setenv(paths.COURSE, str(student))
     assert judge("toy", "psi").truth is None
-    (verdict,) = reference.check(muslin.load(work, "toy"), ["psi"])
+    (verdict,) = checking.check(muslin.load(work, "toy"), ["psi"])
     assert verdict.ok, verdict.message
     ours = judge("toy", "psi").terms
     assert list(ours(inputs)) == list(graders)
@@ -336,7 +336,7 @@ def test_without_what_is_recorded_it_would_be_wrong_there(at_rest, monkeypatch):
     work, student = at_rest
     monkeypatch.setenv(paths.COURSE, str(student))
     monkeypatch.setattr(measured, "terms", lambda *_: None)
-    (verdict,) = reference.check(muslin.load(work, "toy"), ["psi"])
+    (verdict,) = checking.check(muslin.load(work, "toy"), ["psi"])
     assert not verdict.ok
 
 

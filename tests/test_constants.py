@@ -16,7 +16,7 @@ from muslin.classes.roster import Person
 from muslin.classes.whose import assigned
 from muslin.grading.diagnosis import diagnose
 from muslin.grading.submission import collect
-from muslin.judging import cases, properties, reference
+from muslin.judging import cases, checking, properties, reference
 from muslin.packing import grading, packs
 from muslin.student import workspace
 from muslin.tasks.batch import evaluate
@@ -102,9 +102,9 @@ def test_what_is_true_of_a_student_is_the_energy_with_their_constants(course, ta
 
 def test_a_students_functions_are_right_by_their_own_constants_and_wrong_by_anothers(course):
     ada = muslin.load(course / ADA)
-    assert [verdict.task for verdict in reference.check(ada) if not verdict.ok] == []
+    assert [verdict.task for verdict in checking.check(ada) if not verdict.ok] == []
     as_bobs = muslin.load(course / ADA, tasks.assignment(BOB))
-    assert {verdict.task for verdict in reference.check(as_bobs) if not verdict.ok} == set(ENERGY)
+    assert {verdict.task for verdict in checking.check(as_bobs) if not verdict.ok} == set(ENERGY)
     inputs, expected = reference.cases(BOB, "psi")
     text = (course / ADA / "strain_energy.py").read_text(encoding="utf-8")
     got = (evaluate(ada.psi, **inputs),)

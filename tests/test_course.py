@@ -24,7 +24,7 @@ from muslin.authoring import mistakes, reference_data, release
 from muslin.base import paths
 from muslin.grading import diagnosis
 from muslin.grading.submission import collect
-from muslin.judging import reference
+from muslin.judging import checking, reference
 
 TOY = Path(__file__).parent / "toy"
 
@@ -75,8 +75,8 @@ def wrong(folder: Path, file: str, old: str, new: str) -> None:
 
 def test_the_data_are_what_the_seed_says_and_the_solution_is_right(course):
     assert reference_data.verify("toy").ok
-    assert all(verdict.ok for verdict in reference.check(muslin.load(TOY, "toy")))
-    stubs = reference.check(muslin.load(paths.assignment("toy"), "toy"))
+    assert all(verdict.ok for verdict in checking.check(muslin.load(TOY, "toy")))
+    stubs = checking.check(muslin.load(paths.assignment("toy"), "toy"))
     assert all("not implemented yet" in verdict.message for verdict in stubs)
 
 

@@ -13,7 +13,7 @@ from muslin import tasks
 from muslin.authoring import reference_data
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.judging import exact, judge, reference
+from muslin.judging import checking, exact, judge, reference
 
 SOLUTION = Path(__file__).parents[1] / "solutions" / "cloth"
 TASKS = tasks.assignment("cloth").tasks
@@ -159,7 +159,7 @@ def test_without_mpmath_the_message_says_what_to_install(monkeypatch):
 
 
 def test_the_solution_passes_every_task(functions):
-    verdicts = reference.check(functions)
+    verdicts = checking.check(functions)
     assert [verdict.task for verdict in verdicts] == list(TASKS)
     for verdict in verdicts:
         assert verdict.ok, verdict
@@ -167,7 +167,7 @@ def test_the_solution_passes_every_task(functions):
 
 
 def test_only_the_named_tasks_are_checked(functions):
-    assert [verdict.task for verdict in reference.check(functions, ["psi", "phi"])] == ["psi", "phi"]
+    assert [verdict.task for verdict in checking.check(functions, ["psi", "phi"])] == ["psi", "phi"]
 
 
 @pytest.mark.parametrize("name", TASKS)
@@ -236,7 +236,7 @@ def test_a_stub_a_missing_file_and_a_broken_function_get_a_verdict_each(tmp_path
         text[: body[0]] + "    raise NotImplementedError\n" + text[body[1] :], encoding="utf-8"
     )
     names = ["sphere_contact", "dpsi_dF", "nodal_force", "mass_block", "kinetic_energy", "psi"]
-    verdicts = {verdict.task: verdict for verdict in reference.check(muslin.load(folder), names)}
+    verdicts = {verdict.task: verdict for verdict in checking.check(muslin.load(folder), names)}
     assert "missing" in verdicts["sphere_contact"].message
     assert "does not compile" in verdicts["dpsi_dF"].message
     assert "has no function nodal_force" in verdicts["nodal_force"].message

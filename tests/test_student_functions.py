@@ -9,7 +9,7 @@ import truth_fast as fast
 import muslin
 from muslin import given
 from muslin.judging import exact as tr
-from muslin.judging.judge import known
+from muslin.judging.knowledge import known
 
 SOLUTION = Path(__file__).parents[1] / "solutions" / "cloth"
 COUNT = 10_000

@@ -17,9 +17,8 @@ from muslin import tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError, choices
 from muslin.grading.known import CHANGE, MISTAKE, Entry, Known, save
-from muslin.judging import exact, judge, reference, told
+from muslin.judging import Case, Given, Judge, Mistake, exact, judge, reference, told
 from muslin.judging.arrays import transposed, unit
-from muslin.judging.judge import Case, Given, Judge, Mistake
 from muslin.tasks import Task
 from muslin.tasks.authored import NUMERIC, AuthorError, place
 

@@ -9,7 +9,8 @@ import numpy as np
 
 from muslin.base.errors import MuslinError
 from muslin.grading.record import FAILED, PASSED, SKIPPED, Check
-from muslin.judging.judge import Ask, Law, known
+from muslin.judging import Ask, Law
+from muslin.judging.knowledge import known
 from muslin.tasks import assignment as table_of
 from muslin.tasks.wiring import asked
 

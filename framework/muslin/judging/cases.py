@@ -13,7 +13,7 @@ from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.judging import exact, judge, measured
 from muslin.judging.draws import Draw
-from muslin.judging.judge import secret
+from muslin.judging.knowledge import secret
 from muslin.tasks import Value
 from muslin.tasks.authored import AuthorError, place
 

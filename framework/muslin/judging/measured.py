@@ -16,7 +16,8 @@ import numpy as np
 
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.judging.judge import Terms, secret
+from muslin.judging.knowledge import secret
+from muslin.judging.parts import Terms
 from muslin.tasks import Task
 
 #: Name of the array beside a task's cases; no argument can be called so.

@@ -11,8 +11,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from muslin.judging.judge import Arrays, Given, Outputs, Property
 from muslin.judging.judge import judge as judge_of
+from muslin.judging.parts import Arrays, Given, Outputs, Property
 from muslin.tasks.authored import AuthorError
 
 #: What is raised where what a function answered cannot be computed with, though it has the right shape;

@@ -1,11 +1,9 @@
-"""A student's functions against the reference data that ship with Muslin: no mpmath, no solution needed."""
+"""The reference data that ship with Muslin, and how answers are compared with them: no mpmath, no solution needed."""
 
 from __future__ import annotations
 
 import zipfile
-from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -28,7 +26,6 @@ __all__ = [
     "TOLERANCE",
     "Verdict",
     "cases",
-    "check",
     "compare",
     "form",
     "largest_of",
@@ -82,43 +79,3 @@ def cases(
     everybodys = tasks.assignment(paths.bare(assignment_name)).tasks[task]
     own = wiring.to_own(entry, wiring.to_called(everybodys, inputs))
     return own, wiring.results_own(entry, wiring.results_called(everybodys, expected))
-
-
-def check(
-    functions: tasks.Functions, names: Iterable[str] | None = None, tolerance: float | None = None
-) -> list[Verdict]:
-    """Evaluate a folder's task functions on the public cases.
-
-    A function that is missing, still the stub or broken gets a verdict with the reason; nothing is raised.
-
-    Parameters
-    ----------
-    functions : Functions
-        From `muslin.load`.
-    names : iterable of str, optional
-        Which tasks; default all, in the order of the task table.
-    tolerance : float, optional
-        Largest relative error of a right answer; default each task's own.
-
-    Returns
-    -------
-    list of Verdict
-        One per task.
-    """
-    from muslin.judging import judge
-    from muslin.tasks.batch import evaluate
-
-    table = functions.assignment
-    verdicts = []
-    for name in table.tasks if names is None else names:
-        inputs, expected = cases(table.name, name)
-        try:
-            arguments: dict[str, Any] = dict(inputs)
-            got = evaluate(functions[name], **arguments)
-        except MuslinError as error:
-            verdicts.append(Verdict(name, False, str(error)))
-        else:
-            own = judge(table.name, name)
-            allowed = own.tolerance if tolerance is None else tolerance
-            verdicts.append(compare(table.tasks[name], got, expected, inputs, own.terms, allowed))
-    return verdicts

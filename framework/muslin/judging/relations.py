@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.judging.judge import Arrays, Change, Given, Inputs, Outputs, Rng, Terms, Tested
+from muslin.judging.parts import Arrays, Change, Given, Inputs, Outputs, Rng, Terms, Tested
 from muslin.judging.vectors import apply, rotation
 from muslin.tasks.comparing import natural_scale
 

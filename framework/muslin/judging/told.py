@@ -16,7 +16,8 @@ import numpy as np
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.judging import exact
-from muslin.judging.judge import Given, judge
+from muslin.judging.judge import judge
+from muslin.judging.parts import Given
 
 
 class Told:

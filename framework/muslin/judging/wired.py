@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from muslin.judging import exact
-from muslin.judging.judge import Case, Judge, Mistake, Property
+from muslin.judging.parts import Case, Judge, Mistake, Property
 from muslin.tasks import Task
 from muslin.tasks.wiring import one, results_called, to_called, to_own
 

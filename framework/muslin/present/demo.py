@@ -43,7 +43,7 @@ def run(
     say, say_verdicts : callables
         Print a line; print verdicts.
     """
-    from muslin.judging import reference
+    from muslin.judging import checking
     from muslin.present import pictures as show
     from muslin.solve.solvers import choose
     from muslin.tasks import load
@@ -62,7 +62,7 @@ def run(
         )
     if solution:
         say("\nThe reference solution against the reference data")
-        say_verdicts(reference.check(load(solution)))
+        say_verdicts(checking.check(load(solution)))
     say(f"\nWrote {show.shown(written)}.")
 
 

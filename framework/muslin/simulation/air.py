@@ -8,14 +8,12 @@ the air would throw back what it slows down.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from collections.abc import Sequence
 
 import numpy as np
 
 from muslin.mesh import area_and_normal
-
-if TYPE_CHECKING:
-    from muslin.simulation.model import Model
+from muslin.physics.body import Body
 
 
 class Air:
@@ -23,21 +21,27 @@ class Air:
 
     Parameters
     ----------
-    model : Model
+    body : Body
+    wind : (3,) array
+        Velocity of the air [m/s].
+    drag : float
+        k [kg/m^3].
     x, v : (n, 3) arrays
         Before the step.
     dt : float
     """
 
-    def __init__(self, model: Model, x: np.ndarray, v: np.ndarray, dt: float):
-        t = model.body.surface
+    def __init__(
+        self, body: Body, wind: Sequence[float], drag: float, x: np.ndarray, v: np.ndarray, dt: float
+    ):
+        t = body.surface
         area, n = area_and_normal(x, t)
-        self.wind = np.asarray(model.wind, float)
+        self.wind = np.asarray(wind, float)
         through = np.einsum("ij,ij->i", self.wind - v[t].mean(axis=1), n)
-        strength = dt * model.drag / 2 * np.abs(through) * area / 3
+        strength = dt * drag / 2 * np.abs(through) * area / 3
         thirds = np.repeat(strength[:, None, None] * n[:, :, None] * n[:, None, :], 3, axis=0)
         #: (n, 3, 3) [kg], symmetric: the impulse on vertex i is blocks_i (w - v_i)
-        self.blocks = np.stack([model.body.on_surface(row) for row in thirds.transpose(1, 0, 2)], axis=1)
+        self.blocks = np.stack([body.on_surface(row) for row in thirds.transpose(1, 0, 2)], axis=1)
 
     def impulse(self, v: np.ndarray) -> np.ndarray:
         """On the vertices, for velocities (n, 3), [N s]."""

@@ -196,11 +196,11 @@ class Model:
 
     def air(self, state: State, dt: float) -> Air | None:
         """The wind in a step of dt [s]; None if there is no drag."""
-        return Air(self, state.x, state.v, dt) if self.drag else None
+        return Air(self.body, self.wind, self.drag, state.x, state.v, dt) if self.drag else None
 
     def wind_force(self, x: np.ndarray, v: np.ndarray) -> np.ndarray:
         """What the wind does at positions and velocities (n, 3), (n, 3) [N]."""
-        return Air(self, x, v, 1.0).impulse(v) if self.drag else np.zeros_like(x)
+        return Air(self.body, self.wind, self.drag, x, v, 1.0).impulse(v) if self.drag else np.zeros_like(x)
 
     def potential(self, x: np.ndarray) -> float:
         """Energy of gravity and of the drag spring [J]."""

@@ -13,7 +13,7 @@ import numpy as np
 
 from muslin.base.errors import MuslinError
 from muslin.judging import judge
-from muslin.judging.judge import known
+from muslin.judging.knowledge import known
 from muslin.judging.told import Told
 from muslin.tasks import manifest as tables
 from muslin.tasks.wiring import case_called, results_called, to_called, to_own

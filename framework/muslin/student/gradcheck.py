@@ -105,11 +105,12 @@ class Inputs:
         return self._told(task, values)
 
     def _right(self, task: str) -> bool:
-        from muslin.judging import reference
 
         if self.functions is None:
             return False
-        (verdict,) = reference.check(self.functions, [task])
+        from muslin.judging import checking
+
+        (verdict,) = checking.check(self.functions, [task])
         return verdict.ok
 
     def direction(self, *shape: int) -> Array:

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from muslin.base.errors import MuslinError, choices
-from muslin.judging.reference import cases, check
+from muslin.judging.checking import check
+from muslin.judging.reference import cases
 from muslin.physics import alone
 from muslin.physics.alone import Alone
 from muslin.physics.body import Body

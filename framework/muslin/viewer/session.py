@@ -359,7 +359,7 @@ def faults(functions: Functions, parts: Iterable[str] = tuple(PARTS)) -> dict[st
     dict
         Task -> what is the matter with it, to follow its name in a sentence.
     """
-    from muslin.judging.reference import check
+    from muslin.judging.checking import check
 
     tasks = functions.assignment.tasks
     behind = needs(tasks)

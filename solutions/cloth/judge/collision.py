@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Mistake
 from muslin.judging.arrays import dot_column, lengths
 from muslin.judging.draws import Draw, float64
 from muslin.judging.exact import Vector, add, cross, dot, exact, norm, precise, sub, times
-from muslin.judging.judge import Case, Mistake
 
 
 def truth_sphere_contact(x: Vector, c: Vector, r: Any) -> tuple[int, Vector]:

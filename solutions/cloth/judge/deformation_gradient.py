@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Mistake
 from muslin.judging.arrays import lengths, outer, transposed, unit
 from muslin.judging.draws import Draw
 from muslin.judging.exact import Matrix, Vector, add, derivative, dot, exact, times, transpose, unit_normal
-from muslin.judging.judge import Case, Mistake
 
 from .shape_functions import gradients
 from .triangles import draw_triangle, pick

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Mistake
 from muslin.judging.arrays import lengths
 from muslin.judging.draws import Draw
 from muslin.judging.exact import Vector, dot, exact, precise
-from muslin.judging.judge import Case, Mistake
 
 from .shape_functions import truth_interpolate
 from .triangles import draw_sheet

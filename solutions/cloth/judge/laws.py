@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.judging.judge import Ask, Law
+from muslin.judging import Ask, Law
 from muslin.physics.stand_ins import NEEDS
 
 MATERIAL: Mapping[str, float] = {"mu": 2e3, "lam": 1.5e3, "rho": 0.2, "h": 1.0}

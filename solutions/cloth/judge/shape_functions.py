@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Given, Mistake
 from muslin.judging.arrays import completed, dot_column, lengths
 from muslin.judging.draws import Draw, coarse
 from muslin.judging.exact import (
@@ -26,7 +27,6 @@ from muslin.judging.exact import (
     transpose,
     unit_normal,
 )
-from muslin.judging.judge import Case, Given, Mistake
 
 from .triangles import draw_triangle, draw_weights, pick
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Given, Mistake
 from muslin.judging.arrays import diag, replaced, transposed
 from muslin.judging.draws import Draw
 from muslin.judging.exact import (
@@ -28,7 +29,6 @@ from muslin.judging.exact import (
     times,
     transpose,
 )
-from muslin.judging.judge import Case, Given, Mistake
 
 from .energies import in_plane_stretches, linearised
 from .triangles import conditions_stress, conditions_stretches, draw_state, pick

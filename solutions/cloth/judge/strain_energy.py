@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Mistake
 from muslin.judging.arrays import diag, transposed
 from muslin.judging.draws import Draw, float64
 from muslin.judging.exact import (
@@ -21,7 +22,6 @@ from muslin.judging.exact import (
     precise,
     transpose,
 )
-from muslin.judging.judge import Case, Mistake
 
 from .energies import linearised
 from .triangles import STRETCHES, conditions_stretches, draw_state, pick

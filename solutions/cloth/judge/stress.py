@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Mistake
 from muslin.judging.arrays import diag, long, transposed
 from muslin.judging.draws import Draw
 from muslin.judging.exact import (
@@ -21,7 +22,6 @@ from muslin.judging.exact import (
     times,
     transpose,
 )
-from muslin.judging.judge import Mistake
 
 from .energies import stretches
 from .shape_functions import gradients

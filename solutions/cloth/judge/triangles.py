@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from typing import Any
 
+from muslin.judging import Given
 from muslin.judging.draws import Draw, coarse, float64
 from muslin.judging.exact import (
     Matrix,
@@ -22,7 +23,6 @@ from muslin.judging.exact import (
     times,
     transpose,
 )
-from muslin.judging.judge import Given
 
 from .energies import ENERGIES
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.judging.judge import Arrays, Given, Inputs, Outputs, Property, Rng, Tested
+from muslin.judging import Arrays, Given, Inputs, Outputs, Property, Rng, Tested
 from muslin.judging.relations import (
     FACTOR,
     Q,

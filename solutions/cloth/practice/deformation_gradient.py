@@ -7,18 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Change, Derivative, Given, Inputs, Line, Outputs, Property, Rng, Tested
 from muslin.judging.differences import longest, stepped
-from muslin.judging.judge import (
-    Change,
-    Derivative,
-    Given,
-    Inputs,
-    Line,
-    Outputs,
-    Property,
-    Rng,
-    Tested,
-)
 from muslin.judging.relations import (
     OMEGA,
     STRAIN,

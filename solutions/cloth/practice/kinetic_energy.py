@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.judging.judge import Arrays, Change, Given, Outputs, Property, Rng, Tested
+from muslin.judging import Arrays, Change, Given, Outputs, Property, Rng, Tested
 from muslin.judging.relations import (
     FACTOR,
     again,

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Arrays, Derivative, Given, Line, Outputs, Property, Rng
 from muslin.judging.differences import CASES, stepped
-from muslin.judging.judge import Arrays, Derivative, Given, Line, Outputs, Property, Rng
 from muslin.judging.relations import (
     FACTOR,
     Q,

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Change, Derivative, Given, Line, Outputs, Property, Rng
 from muslin.judging.differences import dot as dot_rows
 from muslin.judging.differences import flat, stepped
-from muslin.judging.judge import Change, Derivative, Given, Line, Outputs, Property, Rng
 from muslin.judging.relations import (
     Q,
     again,

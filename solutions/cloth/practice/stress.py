@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Derivative, Given, Line, Property, Rng
 from muslin.judging.differences import CASES, stepped
 from muslin.judging.differences import dot as dot_rows
-from muslin.judging.judge import Derivative, Given, Line, Property, Rng
 from muslin.judging.relations import (
     FACTOR,
     Q,

@@ -7,10 +7,10 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Given, Mistake
 from muslin.judging.arrays import transposed
 from muslin.judging.draws import Draw
 from muslin.judging.exact import Matrix, Vector, add, derivative, dot, times, transpose
-from muslin.judging.judge import Case, Given, Mistake
 
 from .shape_functions import gradients
 from .tetrahedra import draw_tetrahedron, pick

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Given, Mistake
 from muslin.judging.arrays import long, transposed
 from muslin.judging.draws import Draw, float64
 from muslin.judging.exact import (
@@ -22,7 +23,6 @@ from muslin.judging.exact import (
     sub,
     times,
 )
-from muslin.judging.judge import Case, Given, Mistake
 
 from .neo_hookean import truth_d2psi_dF2, truth_dpsi_dF
 from .shape_functions import gradients

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.judging.judge import Ask, Law
+from muslin.judging import Ask, Law
 
 MATERIAL: Mapping[str, float] = {"C": 1e3, "D": 2.5e3}
 RHO = 900.0

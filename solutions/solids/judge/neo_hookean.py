@@ -9,9 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Mistake
 from muslin.judging.arrays import transposed
 from muslin.judging.exact import Matrix, gradient, hessian
-from muslin.judging.judge import Case, Mistake
 
 from .energies import neo_hookean
 from .tetrahedra import conditions_strained, draw_strained

@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 
 from muslin.base import paths
+from muslin.judging import Case, Given, Mistake
 from muslin.judging.draws import Draw, float64
 from muslin.judging.exact import Matrix, Vector, add, precise
-from muslin.judging.judge import Case, Given, Mistake
 from muslin.tasks.plain import builder
 
 #: Where the terms of each kind begin, in y: quadratic, flat far away, infinite from -1 on, hardly lower.

@@ -8,10 +8,10 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Case, Given, Mistake
 from muslin.judging.arrays import dot_column, transposed
 from muslin.judging.draws import Draw, coarse, float64
 from muslin.judging.exact import Matrix, Vector, apply, cross, derivative, dot, exact, precise, sub, transpose
-from muslin.judging.judge import Case, Given, Mistake
 
 from .tetrahedra import draw_tetrahedron, draw_weights, length, pick
 

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Given
 from muslin.judging.draws import Draw, coarse, float64
 from muslin.judging.exact import (
     Matrix,
@@ -23,7 +24,6 @@ from muslin.judging.exact import (
     times,
     transpose,
 )
-from muslin.judging.judge import Given
 
 #: How a tetrahedron is deformed: its principal stretches. J runs from 0.05 to 8.
 STRETCHES: Mapping[str, Callable[[Draw], tuple[Any, Any, Any]]] = {

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Arrays, Derivative, Given, Inputs, Line, Property, Rng
 from muslin.judging.differences import CASES, stepped
-from muslin.judging.judge import Arrays, Derivative, Given, Inputs, Line, Property, Rng
 from muslin.judging.relations import STRAIN, Q, again, follows, summed, turned, vanishes
 from muslin.judging.vectors import I, apply, det, mul
 from muslin.tasks.comparing import largest_of, size_of

@@ -6,9 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Arrays, Derivative, Given, Line, Outputs, Property, Rng
 from muslin.judging.differences import CASES, flat, stepped
 from muslin.judging.differences import dot as dot_rows
-from muslin.judging.judge import Arrays, Derivative, Given, Line, Outputs, Property, Rng
 from muslin.judging.relations import (
     FACTOR,
     OMEGA,

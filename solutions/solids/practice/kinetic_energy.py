@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Arrays, Change, Derivative, Given, Line, Outputs, Property, Rng, Tested
 from muslin.judging.differences import CASES, flat, stepped
-from muslin.judging.judge import Arrays, Change, Derivative, Given, Line, Outputs, Property, Rng, Tested
 from muslin.judging.relations import (
     FACTOR,
     again,

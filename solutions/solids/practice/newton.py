@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.judging.judge import Arrays, Given, Property, Rng
+from muslin.judging import Arrays, Given, Property, Rng
 from muslin.judging.relations import FACTOR, again, between, follows, vanishes
 from muslin.tasks.comparing import size_of
 

@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from muslin.judging import Arrays, Derivative, Given, Line, Property, Rng
 from muslin.judging.differences import CASES, flat, longest, stepped
-from muslin.judging.judge import Arrays, Derivative, Given, Line, Property, Rng
 from muslin.judging.relations import (
     FACTOR,
     OMEGA,

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from muslin.judging.judge import Arrays, Change, Given, Rng
+from muslin.judging import Arrays, Change, Given, Rng
 from muslin.judging.relations import Q, between, binades, rotations, turned, vectors
 from muslin.judging.vectors import apply, cross, diag, dot, length, mul, transposed
 

@@ -17,9 +17,10 @@ from muslin.authoring.lint.finding import Finding, Subject, of_error
 from muslin.base import paths
 from muslin.base.errors import MuslinError, near
 from muslin.grading.known import MISTAKE, Entry, current, load
-from muslin.judging import Judge, cases, judge, properties, reference
-from muslin.judging.judge import PARTS, Given, modules, secret
-from muslin.judging.judge import known as said_by
+from muslin.judging import Given, Judge, cases, judge, properties, reference
+from muslin.judging.knowledge import known as said_by
+from muslin.judging.knowledge import modules, secret
+from muslin.judging.parts import PARTS
 from muslin.tasks import Task
 from muslin.tasks.authored import guarded, place
 

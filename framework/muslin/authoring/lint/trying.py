@@ -17,6 +17,7 @@ from muslin.authoring.lint.teaching import suite_file
 from muslin.base import paths
 from muslin.base.errors import MuslinError
 from muslin.grading import known as mistaken
+from muslin.judging import checking
 from muslin.tasks import Task
 
 #: How many variants of each verdict a task must have.
@@ -83,12 +84,10 @@ def _fault(code: str, task: Task) -> str:
 
 def check_solutions(subject: Subject) -> Iterator[Finding]:
     """The solution agrees with the reference data."""
-    from muslin.judging import reference
-
     functions = tasks.load(subject.source, subject.table)
     for task in subject.table.tasks.values():
         try:
-            (verdict,) = reference.check(functions, [task.name])
+            (verdict,) = checking.check(functions, [task.name])
         except MuslinError:
             continue  # no data: said above
         if not verdict.ok:
@@ -100,8 +99,6 @@ def check_solutions(subject: Subject) -> Iterator[Finding]:
 
 def check_variants(subject: Subject) -> Iterator[Finding]:
     """In thorough mode: every wrong variant is caught, every right one passes."""
-    from muslin.judging import reference
-
     if not subject.thorough:
         return
     suite = _suite()
@@ -111,7 +108,7 @@ def check_variants(subject: Subject) -> Iterator[Finding]:
                 folder = suite.submission(Path(scratch) / f"{verdict}-{number}", chosen, subject.name)
                 functions = tasks.load(folder, subject.table)
                 for name, variant in chosen.items():
-                    (result,) = reference.check(functions, [name])
+                    (result,) = checking.check(functions, [name])
                     if result.ok == (verdict == "wrong"):
                         what = f"the {verdict} variant {variant.name!r} {'passes' if result.ok else 'fails'}"
                         where = paths.shown(suite_file(subject, name))
