@@ -155,12 +155,13 @@ def test_engines_that_are_broken_are_told_one_by_one(tmp_path, taichi, quadrants
 
 
 @pytest.mark.parametrize("name", INSTALLED)
-def test_an_engine_says_nothing_when_it_starts_not_even_in_a_notebook(name):
+def test_an_engine_says_nothing_when_it_starts_not_even_in_a_notebook(name, tmp_path):
     code = (
         "import io, sys\nsys.stdout = kept = io.StringIO()\nfrom muslin.base import runtime\nruntime.start()\n"
         "sys.stderr.write(kept.getvalue())"
     )
-    done = run(code, **{engine.VARIABLE: name})
+    fresh = {"PYTHONPYCACHEPREFIX": str(tmp_path), "PYTHONWARNINGS": "default:invalid escape sequence"}
+    done = run(code, **{engine.VARIABLE: name}, **fresh)  # as after an installation that compiles nothing
     assert (done.returncode, done.stdout, done.stderr) == (0, "", "")
 
 

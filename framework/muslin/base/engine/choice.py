@@ -11,6 +11,7 @@ import linecache
 import os
 import platform
 import sys
+import warnings
 from collections.abc import Iterator
 from dataclasses import dataclass
 from types import ModuleType
@@ -163,8 +164,11 @@ def _imported(engine: Engine) -> ModuleType:
 
 
 def import_quietly(engine: Engine) -> ModuleType:
-    """Import an engine without its banner and without its word on the notebook it runs in."""
-    with quiet(engine), _frames_seen_fast():
+    """Import an engine without its banner, its word on the notebook it runs in, and Python's on the engine's texts."""
+    with quiet(engine), _frames_seen_fast(), warnings.catch_warnings():
+        # said where it is compiled first, after an installation that does not: of no use to who imports it
+        for kind in (SyntaxWarning, DeprecationWarning):
+            warnings.filterwarnings("ignore", "invalid escape sequence", kind)
         return importlib.import_module(engine.name)
 
 
