@@ -4,12 +4,14 @@ import re
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
 import malformed
 import pytest
 
 from muslin import cli
 from muslin.base import paths
+from muslin.cli import console
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -197,3 +199,12 @@ def test_paths_are_shown_from_the_working_folder(monkeypatch, tmp_path):
     monkeypatch.chdir(tmp_path)
     assert paths.shown(tmp_path / "a" / "b.py") == "a/b.py"
     assert paths.shown("/elsewhere/b.py") == "/elsewhere/b.py"
+
+
+def test_the_time_left_is_told_from_the_steps_and_not_from_what_was_compiled_before_them(monkeypatch, capsys):
+    clock = iter([0.0, 40.0, 42.0, 46.0, 50.0])
+    monkeypatch.setattr(console, "time", SimpleNamespace(monotonic=lambda: next(clock)))
+    with console.progress("simulating") as tick:
+        for done in (1, 2, 4, 6):  # 40 s until the first, then 2 s a step
+            tick(done, 6)
+    assert capsys.readouterr().err.splitlines() == ["simulating: 1/6", "simulating: 4/6, 4 s left"]

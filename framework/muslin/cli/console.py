@@ -156,14 +156,18 @@ def progress(title: str) -> Iterator[Callable[[int, int], None]]:
             task = bar.add_task(title, total=None)
             yield lambda done, total: bar.update(task, completed=done, total=total)
         return
-    began = said = time.monotonic()
+    said = time.monotonic()
+    first: tuple[float, int] | None = None
 
     def line(done: int, total: int) -> None:
-        nonlocal said
+        nonlocal said, first
         now = time.monotonic()
-        if now - said > 5:
+        first = first or (now, done)  # until then kernels were compiled: that says nothing of what is to come
+        if now - said > 5 and done < total:
             said = now
-            left = (now - began) / done * (total - done)
-            say(f"{title}: {done}/{total}, {left:.0f} s left", err=True)
+            told = f"{title}: {done}/{total}"
+            if done > first[1]:
+                told += f", {(now - first[0]) / (done - first[1]) * (total - done):.0f} s left"
+            say(told, err=True)
 
     yield line
