@@ -31,6 +31,23 @@ def test_no_value_opens_a_tag_or_ends_an_attribute(template, values):
     assert page.count("&lt;script&gt;") == str(values).count("<script>")
 
 
+@pytest.mark.parametrize(
+    ("text", "page"),
+    [
+        ("write `a < b` before `c`.", "write <code>a &lt; b</code> before <code>c</code>."),
+        ("`<script>alert(1)</script>`", "<code>&lt;script&gt;alert(1)&lt;/script&gt;</code>"),
+        (
+            "<i>`</i>` <code>` `</code>",
+            "&lt;i&gt;<code>&lt;/i&gt;</code> &lt;code&gt;<code> </code>&lt;/code&gt;",
+        ),
+        ("one ` alone &\nin its `line`", "one ` alone &amp;\nin its <code>line</code>"),
+        ("``", "``"),
+    ],
+)
+def test_code_in_a_sentence_is_shown_as_code_and_escaped_inside_and_outside(text, page):
+    assert templates.coded(text) == page
+
+
 def test_a_value_that_is_missing_is_an_error_and_no_gap():
     with pytest.raises(Exception, match="'title' is undefined"):
         templates.filled("notebook/page", page="", height=1)
