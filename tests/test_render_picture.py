@@ -1,5 +1,6 @@
 """Pictures show what geometry and optics say, the same bytes every time."""
 
+import dataclasses
 import hashlib
 import os
 import subprocess
@@ -335,6 +336,22 @@ def test_no_light_leaks_between_an_object_and_its_shadow():
     behind_foot, deep = (image[int(p[1]), int(p[0])].mean() for p in foot)
     assert behind_foot <= deep + 12
     assert image[int(lit[1]), min(int(lit[0]), 319)].mean() > deep + 60
+
+
+@pytest.mark.parametrize("quality", ["draft", "good", "best"])
+def test_large_triangles_of_a_round_surface_do_not_stand_in_their_own_light(quality):
+    """Nothing stands before the sun of a ball's lit half: the picture is that without shadows."""
+    white = Material("solid", "#ffffff", sheen=0, translucency=0)
+    ball = sphere_surface((0, 0, 0), 1, white, rings=8)
+    camera, size = Camera(eye=(0, 1.5, 5)), (200, 200)
+    for direction in ((-0.75, 0.9, 0.5), (-1, 0.1, -0.3), (0.2, 1, -0.2)):
+        light = Light(direction, sky_strength=0, floor_strength=0)
+        alone, unshaded = (
+            draw([s], camera, size, quality, light, "#000000").astype(int)
+            for s in (ball, dataclasses.replace(ball, casts_shadow=False))
+        )
+        assert (unshaded > 0).sum() > 4_000  # of about 16,000 that show the ball
+        assert np.abs(alone - unshaded).max() <= 2
 
 
 def test_the_sky_is_dimmer_under_an_object():

@@ -187,6 +187,23 @@ def spot_at(b, m, vertex: ti.template(), triangles: ti.template(), facing: ti.te
 
 
 @ti.func
+def rounded(b, m, p, flip, vertex: ti.template(), triangles: ti.template()) -> Vec3:
+    """The point p of triangle m, out where the round surface would be that its vertices' normals tell of.
+
+    Light that this surface gets, the flat triangle below it may turn away from: without this, large triangles
+    stand in their own light near the border of light and shade, in stripes. flip: 1, or -1 to lift to the back.
+    (J. Hanika, Hacking the Shadow Terminator, Ray Tracing Gems II, 2021.)
+    """
+    result = p
+    for c in ti.static(range(3)):
+        corner = triangles[m, c]
+        n = flip * unit(three_of(vertex, corner, NORMAL))
+        below = ti.min((p - three_of(vertex, corner, POSITION)).dot(n), F(0.0))
+        result -= b[c] * below * n
+    return result
+
+
+@ti.func
 def corners_of(m, column, vertex: ti.template(), triangles: ti.template()) -> Vec3:
     """What a column of the vertex table says at the corners of triangle m."""
     return Vec3(
@@ -346,7 +363,10 @@ def shade(
                         if share > 0:
                             # Step off the surface just as far as the depth maps' texels make it uncertain.
                             off = settings[OFFSET] * ti.sqrt(ti.max(F(0.02), 1 - cosine * cosine))
-                            sun = sun_seen(p + side * off * n, settings, frames, maps, res, roof)
+                            start = p + side * off * n
+                            if surfaces[which, SMOOTH] > 0:
+                                start += rounded(b, m, p, side * (1 - 2 * back), vertex, triangles) - p
+                            sun = sun_seen(start, settings, frames, maps, res, roof)
                         around = light_around(m, b, back, vertex, triangles, settings)
                         colour = own * (share * sun * three(settings, SUN) + around)
                         sheen, rough = surfaces[which, SHEEN], surfaces[which, ROUGHNESS]
