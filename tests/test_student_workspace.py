@@ -1,6 +1,7 @@
 """The student's commands, typed one after the other in a folder of their own."""
 
 import json
+import re
 import shutil
 import subprocess
 import sys
@@ -13,7 +14,7 @@ import pytest
 from muslin import cli
 from muslin.base import paths
 from muslin.reading import source
-from muslin.student import gradcheck, plain, workspace
+from muslin.student import gradcheck, plain, rows, workspace
 
 ROOT = Path(__file__).resolve().parent.parent
 SOLUTION = ROOT / "solutions" / "cloth"
@@ -314,6 +315,52 @@ def test_what_is_handed_in_is_looked_at_again(typed):
 
 
 # --- explain, gradcheck ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("shape", [(), (3,), (3, 3), (4, 3), (9, 9), (12, 12)])
+@pytest.mark.parametrize("scale", [1e-9, 1.0, 3e6])
+def test_numbers_are_told_in_lines_that_a_terminal_of_80_columns_holds(shape, scale):
+    some = np.random.default_rng(5)
+    mine, right = (np.asarray(scale * some.normal(size=shape)) for _ in range(2))
+    told = [*rows.named("  line 12   H = ", mine), *rows.beside("Result", mine, right)]
+    assert max(map(len, told)) < 80
+    for value in (
+        mine,
+        right,
+    ):  # each can be read off: six digits, or to a thousandth (a tenth) of the largest
+        factor, lines = rows.rows(value, rows.WIDTH - 4)
+        numbers = re.findall(r"[-+.e\d]+", " ".join(lines))
+        read = float(factor.split()[0] if factor else 1) * np.array(numbers, float).reshape(shape)
+        digits = 0.06 if shape == (12, 12) else 6e-4
+        assert np.abs(read - value).max() <= digits * np.abs(value).max()
+
+
+def test_of_two_large_matrices_the_entries_that_differ_are_told_worst_first():
+    right = np.zeros((9, 9))
+    right[3, 4] = 100.0
+    mine = right.copy()
+    mine[1, 2], mine[3, 4] = 7.0, 130.0
+    told = list(rows.beside("Result", mine, right, whole=False))
+    assert told[1] == "    of 81 entries 2 differ:"
+    assert [line.split() for line in told[3:]] == [
+        ["[3,", "4]", "130", "100", "30"], ["[1,", "2]", "7", "0", "7"]
+    ]  # fmt: skip
+
+
+def test_of_a_loop_its_first_two_rounds_and_its_last_are_told_and_of_a_matrix_what_changed(typed):
+    answer("shape_functions.py", "deformation_gradient.py", "strain_energy.py")
+    write(
+        "dpsi_dF",
+        "A = U @ diag(dpsi_ds)\nP = ti.Matrix.zero(float, 3, 3)\nfor i in range(3):\n    for j in range(3):\n"
+        "        for k in range(3):\n            P[i, j] += A[i, k] * V[j, k]\nreturn P",
+    )
+    out = typed("explain", "dpsi_dF", "--case", 4)[1]
+    told = out.split("line by line")[1].split("Result")[0]
+    entries = re.findall(r"P\[(\d), (\d)\] = ", told)
+    assert entries[:2] == [("0", "0")] * 2  # two rounds of k
+    assert re.search(r"\.\.\. +\d+ more values, round after round of the loop", told)
+    assert "[2, 2]" in told or "this is P" in told  # and the last one
+    assert len(told.splitlines()) < 25
 
 
 def test_a_case_is_explained_step_by_step(typed):

@@ -5,7 +5,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable, Iterator, Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -15,10 +17,14 @@ from muslin.base.errors import MuslinError
 from muslin.judging import judge
 from muslin.judging.knowledge import known
 from muslin.judging.told import Told
+from muslin.student.rows import beside, changed, named, titled
 from muslin.tasks import manifest as tables
 from muslin.tasks.wiring import case_called, results_called, to_called, to_own
 
 Values = Mapping[str, np.ndarray]
+
+#: Rounds of a loop that are shown, beside its last.
+ROUNDS = 2
 
 
 def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterator[str]:
@@ -66,15 +72,13 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     here, results, way = whole(case)
 
     yield f"{name}: {task.title}; case {case} of 0 to {count - 1}"
-    yield from _titled("Inputs", here)
-    yield from _titled(
-        "On the way, in the handout's symbols", {k: v for k, v in way.items() if k not in here}
-    )
+    yield from titled("Inputs", here)
+    yield from titled("On the way, in the handout's symbols", {k: v for k, v in way.items() if k not in here})
     if got is None:
         yield ""
         yield "Your function does not run yet"
         yield from (f"  {line}" for line in trouble.split("\n"))
-        yield from _titled("Expected", results)
+        yield from titled("Expected", results)
     else:
         others = [whole(k) for k in range(0, count, max(1, count // 4)) if k != case]
         cases = [(inputs_there, {**way_there, **right}) for inputs_there, right, way_there in others]
@@ -88,7 +92,7 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
         yield from _variables(run, here, {**way, **results}, mine_here, cases)
         for entry, mine, right in zip(task.results, got, expected, strict=True):
             yield ""
-            yield from _beside(entry.name if len(expected) > 1 else "Result", mine[case], right[case])
+            yield from beside(entry.name if len(expected) > 1 else "Result", mine[case], right[case])
         assert verdict is not None
         text = source.glimpse(folder / table.tasks[name].file)
         yield from _verdict(table.tasks[name], got, expected, inputs, verdict, assignment, text)
@@ -157,18 +161,29 @@ def _variables(
         yield ""
         yield "Your variables, line by line"
         others = _elsewhere(run, found, cases)
+        shown = _shown(found)
+        before: dict[str, np.ndarray] = {}
+        left_out = 0
         for number, (line, variable, what_it_holds) in enumerate(found):
             value = np.asarray(what_it_holds)
+            if number not in shown:
+                left_out += 1
+                before[variable] = value
+                continue
+            if left_out:
+                yield f"  ...         {left_out} more values, round after round of the loop"
+                left_out = 0
             what = _recognised(value, {k: v for k, v in way.items() if k != variable})
             for elsewhere, their_way in others:  # two quantities may agree by chance in one case, not in all
                 if np.any(elsewhere[number]):
                     what = [label for label in what if label in _recognised(elsewhere[number], their_way)]
-            note = f"   this is {what[0]}" if what else ""
-            rows = _rows(value)
-            yield f"  line {line:<4} {variable} = {rows[0]}{note if len(rows) == 1 else ''}"
-            blank = " " * (len(variable) + 15)
-            for row in rows[1:]:
-                yield f"{blank}{row}{note if row is rows[-1] else ''}"
+            head = f"  line {line:<4} {variable}"
+            entries = changed(head, before[variable], value) if variable in before and not what else None
+            if entries is not None:
+                yield from entries
+            else:
+                yield from named(f"{head} = ", value, f"   this is {what[0]}" if what else "")
+            before[variable] = value
     same = len(back) == len(got) and all(
         np.shape(b) == np.shape(g) and np.allclose(b, g, rtol=1e-6, atol=1e-9 * np.abs(g).max(initial=0.0))
         for b, g in zip(back, got, strict=True)
@@ -177,6 +192,32 @@ def _variables(
         yield ""
         yield "Plain Python comes to another result from the same lines than Taichi does. Most often a variable was"
         yield "born as a whole number (x = 0, ti.Vector([0, 0, 1])) and so cuts off what it is given later: write 0.0."
+
+
+def _shown(found: Sequence[tuple[int, str, Any]]) -> set[int]:
+    """Which values are shown: of what is set again and again, in a loop, the first two rounds and the last."""
+    times = Counter(entry[:2] for entry in found)
+    shown = set()
+    for again, numbers in groupby(range(len(found)), key=lambda k: times[found[k][:2]] > 1):
+        loop = list(numbers)
+        if again:
+            kept = {
+                *_until(loop, [found[k][:2] for k in loop], ROUNDS),
+                *_until(loop[::-1], [found[k][:2] for k in loop[::-1]], 1),
+            }
+            loop = sorted(kept) if len(loop) - len(kept) > 3 else loop
+        shown |= set(loop)
+    return shown
+
+
+def _until(numbers: Sequence[int], names: Sequence[Any], rounds: int) -> Iterator[int]:
+    """The numbers up to where one of the names comes for more than so many times."""
+    seen: Counter[Any] = Counter()
+    for number, name in zip(numbers, names, strict=True):
+        seen[name] += 1
+        if seen[name] > rounds:
+            return
+        yield number
 
 
 def _recognised(value: np.ndarray, way: Values) -> list[str]:
@@ -208,7 +249,7 @@ def _whole(functions: Any, assignment: str, name: str, case: int) -> Iterator[st
     while True:
         if isinstance(shown, dict):
             for symbol, value in shown.items():
-                yield from _titled("", {symbol: value})
+                yield from titled("", {symbol: value})
             title, shown = next(way)
             continue
         symbol, task = title, shown[0]
@@ -219,7 +260,7 @@ def _whole(functions: Any, assignment: str, name: str, case: int) -> Iterator[st
         try:
             mine = evaluate(functions[task], **dict[str, Any](values))
         except MuslinError:
-            yield from _titled("", {f"{symbol} (yours: not yet)": right})
+            yield from titled("", {f"{symbol} (yours: not yet)": right})
         else:
             yield from _agreeing(symbol, mine[0], right)
         if task == name:
@@ -231,9 +272,9 @@ def _agreeing(symbol: str, mine: np.ndarray, right: np.ndarray) -> Iterator[str]
     """A result of the student's, if it differs beside the right one."""
     scale = np.abs(right).max(initial=0.0) or 1.0
     if np.shape(mine) == np.shape(right) and np.abs(mine - right).max(initial=0.0) <= 1e-8 * scale:
-        yield from _titled("", {f"{symbol} (yours agrees)": right})
+        yield from titled("", {f"{symbol} (yours agrees)": right})
     else:
-        yield from _beside(symbol, mine, right)
+        yield from beside(symbol, mine, right, whole=False)
 
 
 def example(assignment: str, case: int) -> Any:
@@ -273,42 +314,3 @@ def record(assignment: str) -> dict[str, np.ndarray]:
             except StopIteration:
                 item = None
     return found
-
-
-# --- words -------------------------------------------------------------------------------------------------
-
-
-def _number(value: Any) -> str:
-    return f"{value:.6g}" if np.asarray(value).dtype.kind == "f" else str(value)
-
-
-def _rows(value: Any) -> list[str]:
-    """A number, vector or matrix in lines, columns aligned."""
-    array = np.asarray(value)
-    if array.ndim == 0:
-        return [_number(array[()])]
-    rows = array.reshape(-1, array.shape[-1])
-    texts = [[_number(entry) for entry in row] for row in rows]
-    wide = max(len(text) for row in texts for text in row)
-    return ["[" + "  ".join(text.rjust(wide) for text in row) + "]" for row in texts]
-
-
-def _titled(title: str, values: Values) -> Iterator[str]:
-    if title and values:
-        yield ""
-        yield title
-    for label, value in values.items():
-        rows = _rows(value)
-        yield f"  {label} = {rows[0]}"
-        yield from (" " * (len(label) + 5) + row for row in rows[1:])
-
-
-def _beside(label: str, mine: np.ndarray, right: np.ndarray) -> Iterator[str]:
-    """Yours, expected and the difference, entry by entry."""
-    columns = [_rows(mine), _rows(right), _rows(np.asarray(mine, float) - right)]
-    heads = ("yours", "expected", "difference")
-    wide = [max(len(head), *map(len, rows)) for head, rows in zip(heads, columns, strict=True)]
-    yield f"  {label}"
-    yield "    " + "   ".join(head.ljust(w) for head, w in zip(heads, wide, strict=True)).rstrip()
-    for row in zip(*columns, strict=True):
-        yield "    " + "   ".join(text.ljust(w) for text, w in zip(row, wide, strict=True)).rstrip()

@@ -22,8 +22,8 @@ import numpy as np
 from muslin.base import engine, paths
 from muslin.reading import source, syntax
 
-#: Variables shown of one function: loops may set many.
-MOST = 60
+#: Values kept of one function's variables: loops may set many.
+MOST = 3000
 
 
 class Array(np.ndarray):
