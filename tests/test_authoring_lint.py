@@ -2,16 +2,53 @@
 
 from __future__ import annotations
 
+import hashlib
+import inspect
 import re
 import shutil
 import tempfile
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from muslin.authoring import lint as linting
 from muslin.authoring import reference_data
+from muslin.base import paths
 from muslin.base.errors import MuslinError
+from muslin.judging import cases, exact
+
+
+@pytest.fixture(scope="module", autouse=True)
+def worked_out_once():
+    """What is true and what is drawn is worked out once for all copies whose judges are the same.
+
+    That takes the lint seconds, and no mistake below is one of a judge; all else is looked at anew in each copy.
+    """
+    known, answers, draw_inputs = {}, exact.answers, cases.draw_inputs
+
+    def judges(folder):
+        files = sorted((*folder.rglob("*.py"), *folder.parent.glob("*.toml")))
+        return hashlib.sha256(b"".join(path.read_bytes() for path in files)).digest()
+
+    def answered(function, inputs):
+        file = Path(inspect.getfile(inspect.unwrap(function)))
+        asked = [(name, array.shape, np.asarray(array).tobytes()) for name, array in sorted(inputs.items())]
+        key = (judges(file.parent), file.name, function.__qualname__, *asked)
+        if key not in known:
+            known[key] = answers(function, inputs)
+        return tuple(array.copy() for array in known[key])
+
+    def drawn(assignment, *asked):
+        key = (judges(paths.source(assignment) / "judge"), assignment, *asked)
+        if key not in known:
+            known[key] = draw_inputs(assignment, *asked)
+        return {name: array.copy() for name, array in known[key].items()}
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(exact, "answers", answered)
+        patch.setattr(cases, "draw_inputs", drawn)
+        yield
 
 
 def edit(path: Path, old: str, new: str) -> None:
@@ -52,8 +89,6 @@ def damage(path: Path):
 
 
 def other_data(path: Path):
-    import numpy as np
-
     with np.load(path) as found:
         arrays = dict(found)
     arrays["expected_phi"][3, 1] += 1e-9

@@ -56,7 +56,6 @@ def checkout(tmp_path):
     environment = os.environ | {
         "PATH": f"{programs}{os.pathsep}{os.environ['PATH']}",
         "PYTHONPATH": str(folder / "framework"),
-        "PYTHONDONTWRITEBYTECODE": "1",
         "COLUMNS": "110",
     }
     return folder, environment
