@@ -245,6 +245,41 @@ def test_resetting_keeps_a_backup_and_everything_else(typed):
     assert Path("collision.py").is_file()
 
 
+def test_a_reset_is_undone_to_the_byte_and_what_was_written_since_is_kept(typed):
+    path = Path("shape_functions.py")
+    write("phi", "return X0")
+    write("dphi_dX", "return X1")
+    mine = path.read_bytes()
+    assert "muslin reset --undo" in typed("reset", "phi")[1]
+    assert typed("reset", "dphi_dX")[0] == 0
+    assert typed("reset", "--undo")[0] == 0
+    assert typed("reset", "--undo")[0] == 0
+    assert path.read_bytes() == mine
+    assert "no reset to undo" in typed("reset", "--undo")[2]
+
+    typed("reset", "phi")  # and then work goes on, on another function and on this one
+    write("dphi_dX", "return X2")
+    write("phi", "return X")
+    later = path.read_bytes()
+    code, out, _ = typed("reset", "--undo")
+    assert code == 0
+    now = path.read_text(encoding="utf-8")
+    assert "return X0" in now
+    assert "return X2" in now
+    copy = Path(re.search(r"kept in (\S+)\.$", out, re.MULTILINE)[1])
+    assert copy.read_bytes() == later
+
+    broken = path.read_text(encoding="utf-8") + "(("
+    path.write_text(broken, encoding="utf-8")
+    assert typed("reset", "shape_functions.py")[0] == 0
+    assert typed("reset", "--undo")[0] == 0
+    assert path.read_text(encoding="utf-8") == broken
+    for words in ((), ("phi", "--undo")):
+        code, _, err = typed("reset", *words)
+        assert code == 2
+        assert "give a task or a file, or --undo alone" in err
+
+
 @pytest.mark.parametrize(
     ("right", "wrong"),
     [

@@ -146,14 +146,22 @@ def hint(
 
 @app.command()
 def reset(
-    task: Annotated[str, typer.Argument(metavar="TASK|FILE", help="A task, or a whole file.")],
+    task: Annotated[
+        str | None, typer.Argument(metavar="TASK|FILE", help="A task, or a whole file.", show_default=False)
+    ] = None,
+    undo: Annotated[bool, typer.Option("--undo", help="Put back what the last reset took away.")] = False,
     functions: Functions = None,
 ) -> None:
-    """Put a function, or a whole file, back to what was given. What you had is kept as a backup."""
+    """Put a function, or a whole file, back to what was given; with --undo, back to what you had.
+
+    A copy of what is replaced is kept in .muslin/backup.
+    """
     from muslin.student import resetting
     from muslin.student.workspace import find
 
-    say(resetting.reset(find(functions), task))
+    if undo == (task is not None):
+        raise typer.BadParameter("give a task or a file, or --undo alone")
+    say(resetting.reset(find(functions), task) if task is not None else resetting.undo(find(functions)))
 
 
 def _one(workspace: Workspace, task: str | None) -> str:
