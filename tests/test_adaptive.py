@@ -170,7 +170,7 @@ def test_a_run_is_read_back_with_the_mesh_of_each_frame(tmp_path):
 @pytest.mark.parametrize("to", ["glb", "obj"])
 def test_a_run_is_exported_on_one_fine_mesh_that_is_where_the_cloth_is(tmp_path, to):
     from muslin.present.carried import Carried
-    from muslin.present.pictures import export_run
+    from muslin.present.exporting import export_run
 
     muslin.simulate("drape", **DRAPE, out=tmp_path / "run")
     assert all(file.is_file() for file in export_run(tmp_path / "run", to))
@@ -310,7 +310,7 @@ def test_a_mesh_is_not_changed_for_a_few_triangles(monkeypatch):
 def test_paraview_gets_the_mesh_of_each_frame(tmp_path):
     import meshio
 
-    from muslin.present.pictures import export_run
+    from muslin.present.exporting import export_run
 
     muslin.simulate("drape", **DRAPE, out=tmp_path / "run")
     read = RunFolder(tmp_path / "run")
@@ -329,7 +329,7 @@ def test_paraview_gets_the_mesh_of_each_frame(tmp_path):
 
 
 def test_openusd_gets_the_mesh_of_each_frame(tmp_path):
-    from muslin.present.pictures import export_run
+    from muslin.present.exporting import export_run
 
     muslin.simulate("drape", **DRAPE, out=tmp_path / "run")
     read = RunFolder(tmp_path / "run")

@@ -385,6 +385,12 @@ def test_frames_are_asked_for_once_and_in_order(tmp_path, to):
 
 
 @pytest.mark.parametrize("to", FORMATS)
+def test_the_same_run_is_exported_to_the_same_bytes(tmp_path, to):
+    first, second = ([f.read_bytes() for f in write(animation(k=2), tmp_path / d / "a", to)] for d in "ab")
+    assert first == second
+
+
+@pytest.mark.parametrize("to", FORMATS)
 def test_the_path_may_be_a_stem_a_file_or_a_folder(tmp_path, to):
     extension = FORMATS[to][1]
     series = to in ("ply", "obj")

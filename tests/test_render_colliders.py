@@ -6,7 +6,8 @@ import pytest
 import muslin
 from muslin.physics.colliders import Sphere
 from muslin.physics.meeting import nearest_weights
-from muslin.present.pictures import Show, animation
+from muslin.present.exporting import animation
+from muslin.present.pictures import Show
 from muslin.render import stage
 from muslin.simulation.runs import RunFolder
 
@@ -49,3 +50,27 @@ def test_how_large_a_sphere_is_drawn_does_not_depend_on_how_deep_a_run_sank_into
         radii.append(np.linalg.norm(np.asarray(Show(run, (96, 64)).surfaces(0)[1].vertices), axis=1).max())
     assert run.energies.penetration.max() > 0.02
     assert radii[0] == radii[1] == pytest.approx(0.975 * 0.3)
+
+
+def test_the_ground_that_is_drawn_is_exported_wide_around_all_that_moves(tmp_path):
+    muslin.simulate("drape", resolution=8, steps=8, out=tmp_path / "r")
+    given = animation(tmp_path / "r")
+    *_, ground = given.props
+    corners = ground.at(0)
+    assert ground.name == "ground"
+    assert set(corners[:, 1]) == {RunFolder(tmp_path / "r").scene.ground}
+    a, b, c = corners[ground.triangles[0]]
+    assert np.cross(b - a, c - a)[1] > 0, "it is seen from above"
+    for k in range(len(given)):
+        for x in (given.at(k), given.props[0].at(k)):
+            room = np.stack([x.min(axis=0) - corners.min(axis=0), corners.max(axis=0) - x.max(axis=0)])
+            assert (room[:, [0, 2]] > 0.5 * np.ptp(x[:, [0, 2]])).all()
+    assert np.ptp(corners[:, 0]) < 10 * np.ptp(given.at(0)[:, 0])
+
+    muslin.simulate("hang", resolution=4, steps=4, out=tmp_path / "h")
+    assert animation(tmp_path / "h").props == ()
+
+
+def test_the_wall_that_holds_a_bar_is_exported(tmp_path):
+    muslin.simulate("twist", resolution=2, steps=4, out=tmp_path / "r")
+    assert [prop.name for prop in animation(tmp_path / "r").props] == ["wall"]

@@ -9,7 +9,8 @@ import pytest
 import muslin
 from muslin import MuslinError
 from muslin.mesh import grid
-from muslin.present.pictures import export_run, render_run
+from muslin.present.exporting import export_run
+from muslin.present.pictures import render_run
 from muslin.simulation.runs import RunFolder
 from muslin.simulation.scenes import SCENES, Scene, get, idle, override, rebuilt, recorded
 from muslin.simulation.scenes.scene import lying

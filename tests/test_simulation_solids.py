@@ -18,7 +18,7 @@ from muslin.mesh.filling import fill
 from muslin.mesh.tets import signed_volumes
 from muslin.physics.skinning import bind
 from muslin.physics.solid import ENERGIES, Solid, constants
-from muslin.present import demo_solids, film, pictures
+from muslin.present import demo_solids, exporting, film, pictures
 from muslin.present.strain import vertex_stress
 from muslin.render import stage
 from muslin.simulation import scenes
@@ -338,14 +338,14 @@ def test_a_run_is_exported_with_its_skin_and_its_tetrahedra(tmp_path):
     import meshio
 
     run = muslin.simulate("jelly", steps=2, out=tmp_path / "run")
-    pictures.export_run(tmp_path / "run", "vtu", tmp_path / "out.pvd")
+    exporting.export_run(tmp_path / "run", "vtu", tmp_path / "out.pvd")
     inside = meshio.read(tmp_path / "out_solid_0001.vtu")
     assert inside.cells_dict["tetra"].shape == run.body.cells.shape
     np.testing.assert_array_equal(inside.points, run.x)
     np.testing.assert_allclose(inside.cell_data["von_mises"][0], run.body.von_mises(run.x), rtol=1e-9)
     outside = meshio.read(tmp_path / "out_0001.vtu")
     assert len(outside.points) >= 10_000
-    (glb,) = pictures.export_run(tmp_path / "run", "glb", tmp_path / "out.glb")
+    (glb,) = exporting.export_run(tmp_path / "run", "glb", tmp_path / "out.glb")
     assert glb.stat().st_size > 100_000
 
 

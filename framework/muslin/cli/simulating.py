@@ -165,12 +165,13 @@ def export(
         typer.Option(metavar="PATH", help="The file, or a folder. Default: RUN/<format>/<scene>."),
     ] = None,
 ) -> None:
-    """Export a run for Blender, ParaView and other programs."""
-    from muslin.present import pictures as show
+    """Export a run for Blender, ParaView and other programs, with what it meets and the ground."""
+    from muslin.present.exporting import export_run
+    from muslin.present.pictures import shown
 
-    written = show.export_run(run, to, out)
+    written = export_run(run, to, out)
     say(
-        f"Wrote {len(written)} file{'s' * (len(written) > 1)}: {show.shown(written[:3])}{', ...' * (len(written) > 3)}"
+        f"Wrote {len(written)} file{'s' * (len(written) > 1)}: {shown(written[:3])}{', ...' * (len(written) > 3)}"
     )
 
 

@@ -17,7 +17,7 @@ from muslin.render.stage import texture_coordinates
 def write_pvd(animation: Animation, path: Path, notice: Notice) -> list[Path]:
     """Write `drape.pvd`, the file to open in ParaView, and `drape_0000.vtu`, ... beside it.
 
-    Point data of the cloth: `displacement` from the rest shape [m], and `strain` [1] where the animation has
+    Point data of the cloth: `displacement` from the rest shape [m], and `stretch` [1] where the animation has
     it. Props are parts of their own, in `drape_sphere_0000.vtu`; one that stands still is one file. So are the
     tetrahedra of a solid, in `drape_solid_0000.vtu`, with `displacement` [m] and the cells' `von_mises` [Pa]. All
     numbers are float64. The mesh of an adaptive cloth is that of each frame. If writing is interrupted, the PVD names
@@ -101,8 +101,8 @@ def write_pvd(animation: Animation, path: Path, notice: Notice) -> list[Path]:
 def write_ply(animation: Animation, path: Path, notice: Notice) -> list[Path]:
     """Write binary PLY files `drape_0000.ply`, ...; props in `drape_sphere_0000.ply`, ...
 
-    A prop that stands still is one file. Positions are float64; `strain` is a vertex
-    property where the animation has it.
+    A prop that stands still is one file. Positions are float64; `stretch` is a vertex property where the animation has
+    it. meshio's PLY has the date in its header; ours are the same bytes each time.
 
     Parameters
     ----------
@@ -121,16 +121,14 @@ def write_ply(animation: Animation, path: Path, notice: Notice) -> list[Path]:
     MuslinError
         If a file cannot be written.
     """
-    import meshio
-
     written = []
     for body in bodies(animation):
         cloth = body.rest is not None
         for k in range(len(animation) if body.moves else 1):
             strain = animation.strain_at(k) if cloth else None
-            data = {} if strain is None else {"stretch": strain}
             file = numbered(path, k, "" if cloth else body.name)
-            _meshio(file, meshio.Mesh(body.at(k), [("triangle", body.triangles)], point_data=data), "ply")
+            with whole(file) as out:
+                out.write(_ply(body.at(k), body.triangles, {} if strain is None else {"stretch": strain}))
             written.append(file)
     warn_of_leftovers(written, notice)
     return written
@@ -166,6 +164,20 @@ def write_obj(animation: Animation, path: Path, notice: Notice) -> list[Path]:
         written.append(file)
     warn_of_leftovers(written, notice)
     return written
+
+
+def _ply(x: np.ndarray, triangles: np.ndarray, data: dict[str, np.ndarray]) -> bytes:
+    """A surface as a binary PLY file, with numbers at its vertices."""
+    names = ["x", "y", "z", *data]
+    header = [
+        "ply", "format binary_little_endian 1.0", "comment exported by Muslin",
+        f"element vertex {len(x)}", *(f"property double {name}" for name in names),
+        f"element face {len(triangles)}", "property list uchar int vertex_indices", "end_header\n",
+    ]  # fmt: skip
+    faces = np.empty(len(triangles), dtype=[("corners", "u1"), ("of", "<i4", 3)])
+    faces["corners"], faces["of"] = 3, triangles
+    vertices = np.column_stack([x, *data.values()]).astype("<f8")
+    return "\n".join(header).encode("ascii") + vertices.tobytes() + faces.tobytes()
 
 
 def _objects(parts: list[Body], k: int) -> Iterator[str]:

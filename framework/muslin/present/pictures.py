@@ -1,4 +1,4 @@
-"""A run as pictures, films and files for other programs: the one place where runs meet rendering and export."""
+"""A run as pictures and films: where runs meet rendering."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ import numpy as np
 
 from muslin import render
 from muslin.base import handed, paths
-from muslin.base.errors import MuslinError, choices
+from muslin.base.errors import MuslinError
 from muslin.mesh.surface import frozen
 from muslin.physics.colliders import Capsule, Sphere
 from muslin.physics.skinning import Skin, bind
@@ -20,11 +20,9 @@ from muslin.render import stage
 from muslin.simulation.runs import RunFolder
 
 if TYPE_CHECKING:
-    from muslin.export import Animation
     from muslin.present.pair import Pair
-from muslin.present.carried import Carried
 from muslin.present.naming import beside, placed
-from muslin.present.strain import cell_stress, solid_strain, vertex_strain, vertex_stress
+from muslin.present.strain import solid_strain, vertex_strain, vertex_stress
 
 #: The cloth's back: a shade darker than its front, so that folds read as one cloth.
 BACK = "#a63d2b"
@@ -328,52 +326,6 @@ def energy_plot(run: RunFolder, base: Path) -> list[Path]:
     image = render.plot_energies(energies, table["time"], title=run.scene.title)
     momenta = render.plot_momenta({name: table[name] for name in table.dtype.names}, table["time"])
     return [render.write_png(beside(base, "-energies.png"), np.concatenate([image, *momenta]))]
-
-
-def animation(folder: Path | str) -> Animation:
-    """A run as an animation to export."""
-    from muslin.export import Animation, Prop, Shape, Solid
-
-    run = RunFolder(folder)
-    show = Show(run)
-    bodies = [
-        [stage.collider_surface(c, c.radius) for c in show.colliders(k)] for k in range(len(show.times))
-    ]
-    names = [f"{type(c).__name__.lower()}_{number}" for number, c in enumerate(show.colliders(0))]
-    props = []
-    for number, name in enumerate(names):
-        frames = [np.asarray(there[number].vertices) for there in bodies]
-        moves = any(not np.array_equal(frames[0], frame) for frame in frames[1:])
-        props.append(Prop(name, np.asarray(bodies[0][number].triangles), frames if moves else frames[0]))
-    if run.changes:
-        carried = Carried(run)
-        rest, triangles = carried.mesh.vertices, carried.mesh.triangles
-
-        def adapted(k: int) -> Shape:
-            x, (own, corners) = np.asarray(run.frames[k]), run.mesh_of(k)
-            return Shape(x, own, corners, vertex_strain(own, x, corners))
-
-        return Animation(
-            show.times, carried, triangles, rest, name=run.scene.name, props=tuple(props),
-            strain=lambda k: vertex_strain(rest, carried[k], triangles), adapted=adapted,
-        )  # fmt: skip
-    return Animation(
-        show.times, run.frames, run.shown_triangles, run.rest,
-        name=run.scene.name, props=tuple(props), strain=show.strain,
-        solid=None if run.solid is None else Solid(run.simulated, run.solid.cells, run.X, cell_stress(run)),
-    )  # fmt: skip
-
-
-def export_run(folder: Path | str, to: str | None = None, out: Path | str | None = None) -> list[Path]:
-    """Write a run for other programs (see `muslin.export.FORMATS`, default as `out` ends); returns the files."""
-    from muslin import export
-
-    ending = Path(out).suffix[1:].lower() if out is not None else ""
-    to = to or (ending if ending in export.FORMATS else "glb")
-    if to not in export.FORMATS:
-        raise MuslinError(f"There is no export format {to!r}.", choices(to, export.FORMATS))
-    path = out if out is not None else Path(folder) / to / RunFolder(folder).scene.name
-    return export.write(animation(folder), path, to)
 
 
 def _some(count: int, most: int) -> np.ndarray:
