@@ -731,6 +731,44 @@ def test_a_line_in_the_wrong_place_and_an_entry_for_the_whole_are_told(assignmen
 
 
 @pytest.mark.parametrize(
+    ("task", "body", "line", "words", "right"),
+    [
+        ("dpsi_dF", "return U @ diag(dpsi_ds) @ V", 1, "a transpose is missing", "V.transpose()"),
+        (
+            "psi",
+            "e, f = s[0] - 1, s[1] - 1\nreturn mu * (e**2 + f**2) + lam / 2 * (e - f) ** 2",
+            2,
+            "a sign is wrong",
+            "lam / 2 * (e + f) ** 2",
+        ),
+        ("nodal_force", "f = P @ grad_phi\nreturn area * h * f", 2, "minus is missing", "-(area * h * f)"),
+        (
+            "sphere_contact",
+            "d = x - c\nl = d.norm()\nn = ti.Vector([0.0, 1.0, 0.0])\nif l > 0:\n    n = d / l\n"
+            "return ti.cast(l < r, ti.i32), x",
+            6,
+            "x stands in place of n",
+            "",
+        ),
+        (
+            "eigensystem",
+            "p, q = dpsi_ds[0], dpsi_ds[1]\ngap = s[0] - s[1]\nflip = d2psi_ds2[0, 0] - d2psi_ds2[0, 1]\n"
+            "if abs(gap) > 1e-3:\n    flip = (p - q) / gap\ntwist = (p + q) / max(s[0], 1e-6)\n"
+            "return ti.Vector([flip, twist, p / max(s[0], 1e-6), q / max(s[1], 1e-6)])",
+            6,
+            "is missing in",
+            "max(s[0] + s[1], 1e-06)",
+        ),
+    ],
+)
+def test_a_mistake_is_told_in_words_and_by_what_belongs_there(task, body, line, words, right):
+    said = told(task, body).mistake
+    assert f"Line {line + 2}" in said
+    assert words in said
+    assert not right or f"{right}`" in said
+
+
+@pytest.mark.parametrize(
     "task", ["phi", "dn_dx", "eigensystem", "sphere_contact", "d2psi_dFij", "stiffness_block"]
 )
 def test_many_changes_worked_out_at_once_are_right_where_they_are_one_by_one(task):

@@ -26,11 +26,11 @@ from muslin.grading.pairs import pairs
 from muslin.grading.pointing import Place, pointed
 from muslin.grading.rivals import likeliest
 from muslin.grading.stacking import Stack
+from muslin.grading.telling import idle, told
 from muslin.judging.reference import TOLERANCE
 from muslin.reading.meaning import Meaning, Unclear
 from muslin.reading.page import used
 from muslin.reading.repairs import Changes, Repair
-from muslin.reading.repairs.pieces import with_one
 from muslin.reading.repairs.readable import ordinary
 from muslin.reading.source import Source
 
@@ -52,9 +52,6 @@ DEARER, GLANCE, CHUNKS = 2, 30, (40, 80, 160, 320)
 #: once are.
 SMALL, LARGER = 0.6, 0.85
 
-#: What is so much smaller than what stands in its place does nothing there.
-NEARLY = 1e-2
-
 #: Most changes that do as well as each other, and steps for which others are looked for where one is found.
 RIVALS, LONGER = 12, 120_000
 
@@ -63,25 +60,6 @@ MOST_FINITE = 0.8
 
 #: Most entries of the results that are wrong where several slips are looked for.
 PARTS = 4
-
-#: Longest expression that is shown as it should be [characters].
-WHOLE = 40
-
-#: Kinds of changes that are shown with what belongs there, those of them shown in what stands around.
-SHOWN = (
-    "name",
-    "index",
-    "number",
-    "sign",
-    "operation",
-    "order",
-    "length",
-    "power",
-    "brackets",
-    "extra",
-    "condition",
-)
-PART = ("name", "index", "number")
 
 
 def repair(
@@ -205,7 +183,7 @@ class Search(Needs):
             for change, may_be in self._screened(itertools.islice(changes, LOOKED)):
                 try:
                     right = may_be and self.is_right(change) and (not self.all or self.all.is_right(change))
-                    if right and self._idle(change):
+                    if right and idle(self, change):
                         spare, right = spare or change, False
                 except IMPOSSIBLE:
                     continue
@@ -218,69 +196,15 @@ class Search(Needs):
                 if enough or often or spent > share * SPENT:
                     break
             if found:
-                return self._told(likeliest(self, found))
+                return told(self, likeliest(self, found))
         if spare is None and self.asked.all():
             spare = next(made(self), None)
-        return spare and self._told(spare)
-
-    def _told(self, change: Repair) -> Repair:
-        """A change with where it is, and what belongs there: the smallest whole that shows it, as it should be."""
-        words = change.words
-        if change.kind in SHOWN and len(change.changes) == 1:
-            ((key, new),) = change.changes.items()
-            node = self._nodes[key]
-            whole: Any = node
-            should_be = ast.unparse(new) if isinstance(new, ast.expr) else ""
-            if change.kind in PART:
-                whole = self.changes.scope.parent(node)
-                while isinstance(whole, (ast.Attribute, ast.Tuple, ast.UnaryOp)):
-                    whole = self.changes.scope.parent(whole)
-                should_be = with_one(whole, node, new) if isinstance(whole, ast.expr) else ""
-            if should_be and len(should_be) <= WHOLE and f"`{should_be}`" not in words:
-                words += f", where `{should_be}` belongs"
-        return replace(change, words=words, place=self._place(change))
-
-    def _idle(self, change: Repair) -> bool:
-        """Whether a change only makes what stands around it come to one: then that is too much, not a name in it."""
-        outer = self.changes.scope.parent(self._nodes[next(iter(change.changes))])
-        while isinstance(outer, ast.Attribute):
-            outer = self.changes.scope.parent(outer)
-        if change.kind not in ("name", "index"):
-            return False
-        if self._vanishes(change):
-            return True
-        if not isinstance(outer, (ast.Call, ast.BinOp)):
-            return False
-        self.meaning.seen = {}
-        try:
-            self.meaning.otherwise(change.changes)
-            value = self.meaning.seen.get(id(outer))
-        finally:
-            self.meaning.seen = None
-        return (
-            isinstance(value, np.ndarray)
-            and value.ndim == 1
-            and bool(np.allclose(value, 1, rtol=0, atol=1e-9))
-        )
-
-    def _vanishes(self, change: Repair) -> bool:
-        """Whether what is put in place is nearly zero in the wrong cases: then what stands there is too much."""
-        node: Any = self.whole(change)
-        while isinstance(self.changes.scope.parent(node), (ast.Tuple, ast.Subscript)):
-            node = self.changes.scope.parent(node)
-        if len(change.changes) > 1 or id(node) not in self.meaning.here:
-            return False
-        shape = (self.meaning.count, *(self.changes.scope.form(node) or ()))
-        made, stands = (
-            np.abs(np.broadcast_to(value, shape))[self.wrong.any(axis=1)]
-            for value in (self.meaning.alone(node, change.changes), self.meaning.values.get(id(node), 0))
-        )
-        return bool((made <= NEARLY * stands).all() and stands.any())
+        return spare and told(self, spare)
 
     def pointed(self) -> Repair | None:
         """Where it goes wrong, whatever belongs there."""
         change = pointed(self) if self.spent <= SPENT else None
-        return change and self._told(change)
+        return change and told(self, change)
 
     def nothing(self) -> Repair:
         """That no change has been found, though the text is understood."""
@@ -326,29 +250,6 @@ class Search(Needs):
         if len(array) == 1 or finite.mean() < MOST_FINITE:
             finite = np.ones(self.meaning.count, dtype=bool)
         return self.place(np.broadcast_to(array, (self.meaning.count, *array.shape[1:])), finite)
-
-    def _place(self, change: Repair) -> str:
-        """What the smallest quantity is called in which something is changed."""
-        self.meaning.seen = {}
-        try:
-            self.meaning.otherwise(change.changes)
-            node: Any = self._nodes[next(iter(change.changes))]
-            if isinstance(node, (ast.Name, ast.Constant, ast.Subscript)):
-                node = self.changes.scope.parent(node)
-            while node is not None and not isinstance(node, ast.FunctionDef):
-                if words := self.named(self.meaning.seen.get(id(node), 0)):
-                    return words
-                outer = self.changes.scope.parent(node)
-                if isinstance(outer, ast.If) and outer.test is node:
-                    value = getattr(outer.body[0], "value", None)
-                    words = self.named(self.meaning.seen.get(id(value), 0)) if value is not None else ""
-                    return f"the condition for {words}" if words else ""
-                node = outer
-            return ""
-        except IMPOSSIBLE:
-            return ""
-        finally:
-            self.meaning.seen = None
 
     def is_right(self, change: Repair) -> bool:
         """Whether a change makes right what is asked for, and nothing wrong."""

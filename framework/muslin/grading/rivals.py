@@ -41,13 +41,19 @@ def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
     scores = [sum(_is_known(search, values, key) for key in touched) for values in seen]
     best = max(scores)
     alike = [change for change, score in zip(found, scores, strict=True) if score == best]
-    alike.sort(key=lambda change: change.detail == "normalized")  # that takes a factor away, too
+    alike.sort(key=_taken_for_another)
     same = [change for change in alike if change.kind == alike[0].kind]
-    first = min(same, key=lambda change: change.line)
+    first = min(same, key=lambda change: (_taken_for_another(change), change.line))
     if scores[0] >= CLOSE * best and KINDS.index(found[0].kind) <= KINDS.index(first.kind):
         alike = [found[0], *alike]
     other = next((change for change in alike if _as_plain(change, first)), None)
     return first if other is None else replace(first, instead=other)
+
+
+def _taken_for_another(change: Repair) -> bool:
+    """Whether a change is made when another one is meant: a length of one takes a factor away, -= a minus elsewhere."""
+    less = change.detail == "augmented" and "in place of -=" in change.words
+    return less or change.detail == "normalized"
 
 
 def _seen(search: Search, change: Repair) -> Mapping[int, Any]:

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from dataclasses import replace
 
 from muslin.grading.diagnosis.question import Diagnosis
+from muslin.grading.diagnosis.words import WORDS
 from muslin.reading.repairs import Repair
 
 #: Causes that say where an answer is wrong, or how far, and not what makes it so: by their first word.
@@ -73,6 +74,12 @@ def repaired(found: Diagnosis | None, change: Repair | None) -> Diagnosis | None
         return Diagnosis(f"in the text: {change.kind}", own, advice)
     if bare(found.cause):
         return replace(found, mistake=f"{own} {found.mistake}", advice=advice)
-    if change.detail.startswith("made "):
-        return found  # made to fit: what is known of the mistake says more
+    plain = found.mistake.startswith("Your ") and found.cause.split(":")[0] in WORDS
+    if (plain or found.mistake.startswith("Most likely")) and not made(change):
+        return replace(found, mistake=f"{own} {found.mistake}")
     return replace(found, mistake=f"{found.mistake} {own}")
+
+
+def made(change: Repair) -> bool:
+    """Whether what belongs in a place is made to fit: then what is known of the mistake says more."""
+    return change.detail.startswith("made ")

@@ -14,6 +14,7 @@ from muslin.reading.repairs.pieces import (
     Form,
     Found,
     code,
+    function_of,
     identity,
     like,
     method,
@@ -161,6 +162,8 @@ def addends(scope: Scope, node: ast.expr, form: Form) -> Found:
     outer = scope.parent(node)
     if _fixed(scope, node) or (isinstance(outer, ast.BinOp) and isinstance(outer.op, (ast.Add, ast.Sub))):
         return  # the sum as a whole is asked
+    if isinstance(node, ast.Call) and function_of(node) in ("max", "min", "abs"):
+        return  # what it is taken of is asked
     inner, found = scope.alias(node), {text_of(part): (text, part) for text, part in _terms(scope, form)}
     for term in [*(part for _, part in terms(node)), *scope.added(text_of(node))]:
         for part in alike.counterparts(scope, term):

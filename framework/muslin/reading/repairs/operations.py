@@ -77,7 +77,8 @@ def _operators(scope: Scope, node: ast.BinOp) -> Found:
         belongs = OPERATORS[other]
         words = f"{stands} stands in place of {belongs} in {here}"
         words += BESIDE.get((stands, belongs), "").format(right=code(right))
-        plain = {stands, belongs} != {"+", "*"} or not any(isinstance(s, ast.Constant) for s in (left, right))
+        with_one = any(isinstance(s, ast.Constant) and s.value == 1 for s in (left, right))
+        plain = {stands, belongs} != {"+", "*"} or not with_one
         kind = "operation" if {stands, belongs} in LIKELY and plain else "odd"
         yield kind, f"{stands}->{belongs}", words, ast.BinOp(left, other(), right)
     shape = scope.form(left)

@@ -221,9 +221,10 @@ def replaced(node: ast.expr, change: Callable[[Any], ast.AST | None]) -> ast.exp
     return made
 
 
-def with_one(whole: ast.expr, node: ast.AST, new: ast.AST) -> str:
-    """The text of an expression in which one node is another."""
-    return ast.unparse(copy.deepcopy(whole, {id(node): new}))
+def with_changes(whole: ast.AST, changes: Mapping[int, ast.AST]) -> ast.AST:
+    """An expression or a statement in which some nodes, by id, are others."""
+    made: ast.AST = copy.deepcopy(whole, dict(changes))
+    return made
 
 
 def terms(node: ast.expr, sign: int = 1) -> list[tuple[int, ast.expr]]:

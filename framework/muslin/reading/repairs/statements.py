@@ -250,7 +250,7 @@ def _loop(node: ast.For) -> Iterator[Repair]:
     for start, end in ((0, 1), (0, 2), (0, 3), (1, 2), (1, 3), (2, 3)):
         if (first, last) == (start, end):
             continue
-        new = function("range", ast.Constant(start), ast.Constant(end))
+        new = function("range", *([ast.Constant(start)] if start else []), ast.Constant(end))
         words = f"{_told(first, last, start, end)}: {code(over)}"
         changed: dict[int, ast.AST] = {id(over): new, id(node.iter): new}
         yield Repair("loop", f"{start},{end}", node.lineno, words, changed)
