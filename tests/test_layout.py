@@ -64,12 +64,31 @@ def test_a_permuted_graph_is_its_dense_matrix_permuted(by):
         graph = symmetric(n, rng)
         dense = graph.toarray() != 0
         for order in (np.arange(n), rng.permutation(n), rng.permutation(n)[: n // 2 + 1]):
-            for upper in (False, True):
-                row, col, ptr = layout.permuted(graph, order, upper)
-                inner = dense[np.ix_(order, order)]
-                i, j = np.nonzero(np.triu(inner) if upper else inner)
-                assert np.array_equal([row, col], [i, j])
-                assert np.array_equal(ptr, np.searchsorted(i, np.arange(len(order) + 1)))
+            ptr, col = layout.permuted(graph, order)
+            i, j = np.nonzero(dense[np.ix_(order, order)])
+            assert np.array_equal(col, j)
+            assert np.array_equal(ptr, np.searchsorted(i, np.arange(len(order) + 1)))
+
+
+def test_blocks_in_an_order_of_elimination_are_where_its_scalar_matrix_has_them(by):
+    rng = np.random.default_rng(7)
+    graph = symmetric(20, rng)
+    rows = np.repeat(np.arange(20), np.diff(graph.indptr))
+    for order in (np.arange(20), rng.permutation(20), rng.permutation(20)[:9]):
+        where, (ptr, col), (indptr, indices) = layout.ordered(graph, order)
+        wanted = np.triu(graph.toarray()[np.ix_(order, order)])
+        assert np.array_equal(np.repeat(np.arange(len(order)), np.diff(ptr)), np.nonzero(wanted)[0])
+        assert np.array_equal(col, np.nonzero(wanted)[1])
+        assert np.array_equal([where.row, where.col], [rows[where.number], graph.indices[where.number]])
+        data = np.zeros(where.size)
+        for a, b in itertools.product(range(3), repeat=2):
+            data[where.start + a * where.stride + b] = 9 * where.number + 3 * a + b + 1
+        n = 3 * len(order)
+        found = sp.csr_matrix((data, indices, indptr), shape=(n, n)).toarray().reshape(-1, 3, len(order), 3)
+        numbers = sp.csr_matrix((np.arange(len(rows)), graph.indices, graph.indptr), shape=(20, 20)).toarray()
+        numbers = numbers[np.ix_(order, order)][:, None, :, None] * 9
+        numbers = numbers + (1 + np.arange(9)).reshape(1, 3, 1, 3)
+        assert np.array_equal(found, np.where(wanted[:, None, :, None] != 0, numbers, 0))
 
 
 def test_entries_and_rows_are_found_where_they_are(by):
@@ -139,9 +158,7 @@ def test_a_matrix_analysed_by_blocks_is_solved_like_the_dense_one():
     rng = np.random.default_rng(6)
     for n in (1, 5, 60):
         graph = symmetric(n, rng)
-        row, col, ptr = layout.permuted(graph, rng.permutation(n), upper=True)
-        inner = layout.Layout.csr(row, col, n)
-        indptr, indices = inner.scalar(n)
+        inner, (ptr, col), (indptr, indices) = layout.ordered(graph, rng.permutation(n))
         data = rng.standard_normal(inner.size)
         upper = np.triu(sp.csr_matrix((data, indices, indptr), shape=(3 * n, 3 * n)).toarray())
         dense = upper + np.triu(upper, 1).T

@@ -39,7 +39,10 @@ PARTS = {
     "hinges: elements, and their place in the matrix": (
         "muslin.physics.elements.bending:Bending.__init__", "muslin.physics.elements.bending:Bending.factors",
     ),
-    "pattern": ("muslin.physics.elements.pattern:Pattern.__init__", "muslin.physics.elements.pattern:Pattern.blocks"),
+    "pattern": (
+        "muslin.physics.elements.layout:Incidence.of", "muslin.physics.elements.pattern:Pattern.__init__",
+        "muslin.physics.elements.pattern:Pattern.blocks",
+    ),
     "triangles: areas, masses, elements": (
         "muslin.physics.cloth:Cloth._elements", "muslin.physics.cloth:Cloth._masses", "muslin.mesh:area_and_normal",
     ),

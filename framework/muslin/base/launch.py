@@ -45,7 +45,7 @@ class Launch:
             return
         program = inside.program()
         if self._run is None or program is not self._program:
-            self._program, self._run = program, binding.bound_again(self.kernel, self.arguments)
+            self._program, self._run = program, binding.bound_again(self.kernel, self.arguments, program)
             if self._run is None:
                 self.kernel(*self.arguments)  # compiles, and complains of what does not fit
                 self._run = binding.bound(self.kernel, self.arguments)

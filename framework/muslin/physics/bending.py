@@ -12,12 +12,16 @@ from __future__ import annotations
 
 import functools
 from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from muslin.base import handed, runtime
 from muslin.base.errors import MuslinError, choices
 from muslin.physics.hinge_weights import cross, dot, launched, weights
+
+if TYPE_CHECKING:
+    from muslin.physics.elements.layout import Incidence
 
 #: What a sheet may do against being bent: nothing; the model of Bergou et al. 2006; that of Grinspun et al. 2003.
 MODELS = ("off", "quadratic", "shells")
@@ -53,18 +57,20 @@ class Hinges:
     weight: np.ndarray
 
     @classmethod
-    def of(cls, X: np.ndarray, triangles: np.ndarray, quick: bool = False) -> Hinges:
-        """Hinges of an undeformed mesh: X (n, 3) [m], triangles (m, 3).
+    def of(
+        cls, X: np.ndarray, triangles: np.ndarray, quick: bool = False, incidence: Incidence | None = None
+    ) -> Hinges:
+        """Hinges of an undeformed mesh: X (n, 3) [m], triangles (m, 3), and their incidence if that is known.
 
         With `quick` their weights fit as well, and are found in a fifth of the time (see `hinge_weights.quickly`).
         """
-        from muslin.physics.elements.layout import grouped
+        from muslin.physics.elements.layout import Incidence
 
         X = np.ascontiguousarray(X, dtype=np.float64)
-        around = grouped(np.ravel(triangles), len(X))
-        cells = inner_edges(triangles, around)
+        incidence = incidence or Incidence.of(triangles, len(X))
+        cells = inner_edges(triangles, incidence)
         length, area, sine, cosine, cotangents, alpha, real, imag = _geometry(X, cells)
-        weight = weights(X, triangles, around, cells, area, alpha, real, imag, quick)
+        weight = weights(X, triangles, incidence, cells, area, alpha, real, imag, quick)
         return cls(cells, length, area, sine, cosine, cotangents, weight)
 
     @functools.cached_property
@@ -102,22 +108,20 @@ def _geometry(X: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, ...]:
     return length, area, sine, cosine, cotangents, (xx + yy) / 2, (xx - yy) / 2, xy / 2
 
 
-def inner_edges(triangles: np.ndarray, around: tuple[np.ndarray, np.ndarray] | None = None) -> np.ndarray:
+def inner_edges(triangles: np.ndarray, incidence: Incidence | None = None) -> np.ndarray:
     """Edges of two triangles, (h, 4) int32: its two ends, and the vertices across it in its first and second triangle.
 
-    The first triangle has the edge's direction. Edges of one triangle, or of more than two, are no hinges. `around`:
-    the triangles' corners, `grouped` by vertices.
+    The first triangle has the edge's direction. Edges of one triangle, or of more than two, are no hinges.
     """
-    from muslin.physics.elements.layout import grouped, whole
+    from muslin.physics.elements.layout import Incidence, grouped, whole
 
-    n = int(triangles.max(initial=-1)) + 1 if around is None else len(around[1]) - 1
     if runtime.on_cpu():
-        flat = whole(triangles).ravel()
-        corners, ptr = around or grouped(flat, n)
-        end, high, number = np.empty(n, np.int32), *np.empty((2, 2 * len(flat)), np.int32)
-        cells, count = np.empty((len(flat) // 2, 4), np.int32), np.zeros(1, np.int32)
-        launched("inner_edges", flat, ptr, corners, end, high, number, cells, count)
+        at = incidence or Incidence.of(triangles, int(triangles.max(initial=-1)) + 1)
+        flat, count = whole(triangles).ravel(), np.zeros(1, np.int32)
+        cells = np.empty((len(flat) // 2, 4), np.int32)
+        launched("inner_edges", flat, at.row, at.col, at.numbers, at.begin, cells, count)
         return cells[: count[0]].copy()
+    n = int(triangles.max(initial=-1)) + 1
     start, end, across = (np.roll(triangles, -k, axis=1).T.ravel() for k in range(3))
     low, high = np.minimum(start, end), np.maximum(start, end)
     order, _ = grouped(high, n)

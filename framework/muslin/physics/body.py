@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from muslin.mesh import Mesh, TetMesh
     from muslin.physics.elements.bending import Bending
     from muslin.physics.elements.element import Element
-    from muslin.physics.elements.layout import Layout
+    from muslin.physics.elements.layout import Incidence, Layout
     from muslin.physics.elements.pattern import Assembly
 
 #: What the elements of a body compute.
@@ -53,6 +53,8 @@ class Body:
         How hard the body is to stretch [N/m], for a hand that pulls at it.
     bending : Bending, optional
         Hinges, whose energy is part of the body's.
+    incidence : Incidence, optional
+        Of the cells, if that is known.
 
     Attributes
     ----------
@@ -73,6 +75,7 @@ class Body:
         needs: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
         stiffness: float = 0.0,
         bending: Bending | None = None,
+        incidence: Incidence | None = None,
     ):
         from muslin.physics.elements.pattern import Gather, Pattern
 
@@ -82,7 +85,7 @@ class Body:
         self.elements = dict(elements)
         self._distinct = list(dict.fromkeys(elements.values()))
         self.bending = bending
-        self.pattern = Pattern(cells, len(X), bending.widened if bending else None)
+        self.pattern = Pattern(cells, len(X), bending.widened if bending else None, incidence)
         sheet = np.array_equal(self.surface, cells)
         self._skin: Gather = self.pattern if sheet else Gather(self.surface, len(X))
         self.mass_factor = self.pattern.blocks(mass)

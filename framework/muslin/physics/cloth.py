@@ -11,7 +11,7 @@ import numpy as np
 
 from muslin.base import handed, runtime
 from muslin.base.errors import MuslinError
-from muslin.physics.bending import require_model
+from muslin.physics.bending import Hinges, require_model
 from muslin.physics.body import OTHERS, PARTS, Body
 from muslin.physics.invariants import weights
 from muslin.physics.roles import Roles, checked
@@ -20,7 +20,6 @@ from muslin.tasks.wiring import as_called
 
 if TYPE_CHECKING:
     from muslin.mesh import Mesh
-    from muslin.physics.elements.bending import Bending
     from muslin.physics.elements.element import Element, Membrane, Rest
 
 ENERGIES = ("linearised", "area", "volumetric", "green", "green-area", "neo-hookean")
@@ -119,7 +118,9 @@ class Cloth(Body):
         require_model(bending, bending_stiffness)
         runtime.start()
         from muslin import mesh as meshes
+        from muslin.physics.elements.bending import Bending
         from muslin.physics.elements.element import Membrane, Rest
+        from muslin.physics.elements.layout import Incidence
 
         self.mesh = meshes.taken(mesh, meshes.Mesh)
         X = np.ascontiguousarray(self.mesh.vertices, dtype=np.float64)
@@ -134,12 +135,13 @@ class Cloth(Body):
         _require_tasks(functions, self.needs)
         rest = Rest(X, self.triangles, self.area, self.normal)
         elements = self._elements(rest, Membrane(self.mu, self.lam, self.h, energy))
-        hinges = None
+        hinges, incidence = None, Incidence.of(self.triangles, len(X))
         if bending != "off" and bending_stiffness > 0:
-            hinges = self._hinges(X, bending, bending_stiffness, exact_bending, quick=not lasting)
+            at = Hinges.of(X, self.triangles, not lasting, incidence)
+            hinges = Bending(X, at, bending, bending_stiffness, exact_bending) if len(at.cells) else None
         super().__init__(
             X, self.triangles, elements, self._masses(), self.mesh, self.roles, self.needs,
-            self.mu * self.h, hinges,
+            self.mu * self.h, hinges, incidence,
         )  # fmt: skip
 
     def _elements(self, rest: Rest, membrane: Membrane) -> dict[str, Element]:
@@ -154,16 +156,6 @@ class Cloth(Body):
         if left := [part for part in PARTS if part not in own]:
             found |= dict.fromkeys(left, NativeElement(rest, membrane))
         return found
-
-    def _hinges(
-        self, X: np.ndarray, model: str, stiffness: float, exact: bool, quick: bool
-    ) -> Bending | None:
-        """What resists bending, if there is an edge with two triangles."""
-        from muslin.physics.bending import Hinges
-        from muslin.physics.elements.bending import Bending
-
-        hinges = Hinges.of(X, self.triangles, quick)
-        return Bending(X, hinges, model, stiffness, exact) if len(hinges.cells) else None
 
     def _masses(self) -> np.ndarray:
         """Factor of the identity for each pair of corners of each triangle, (9 m,) [kg]."""

@@ -19,6 +19,8 @@ from muslin.base.launch import once
 if TYPE_CHECKING:
     import scipy.sparse as sp
 
+    from muslin.physics.elements.layout import Incidence
+
 #: How much more the zeroth harmonic counts than the others; how much it counts that a weight stays near 1/(A_0 + A_1);
 #: and the least part of that which it may become.
 AVERAGE, NEARNESS, LEAST = 5.0, 0.01, 0.05
@@ -30,7 +32,7 @@ QUICK_STEPS, QUICK_LEAST = 8, 0.3
 def weights(
     X: np.ndarray,
     triangles: np.ndarray,
-    around: tuple[np.ndarray, np.ndarray],
+    incidence: Incidence,
     cells: np.ndarray,
     area: np.ndarray,
     alpha: np.ndarray,
@@ -45,8 +47,8 @@ def weights(
     X : (n, 3)
         Undeformed vertices [m].
     triangles, cells : (m, 3), (h, 4)
-    around
-        The triangles' corners, `grouped` by vertices.
+    incidence
+        Of the triangles.
     area : (h,)
         Of both triangles [m^2].
     alpha, real, imag : (h,)
@@ -62,15 +64,15 @@ def weights(
     mean = alpha**2 + (real**2 + imag**2) / 2
     weight = (area / 3).sum() / (mean / area).sum() / area
     n, h = len(X), len(cells)
-    entries, inner = _equations(X, triangles, around, cells, weight, mean, alpha, real, imag)
+    entries, inner, ends = _equations(X, triangles, incidence, cells, weight, mean, alpha, real, imag)
     if quick and runtime.plain():
         change, (left, along) = np.empty(h), np.empty((2, n, 5))
         room = left, along, *np.empty((3, h)), change
         launched(
-            "fit", QUICK_STEPS, AVERAGE, NEARNESS**2, QUICK_LEAST, cells, entries.reshape(-1, 5), inner, *room
+            "fit", QUICK_STEPS, AVERAGE, NEARNESS**2, QUICK_LEAST, *ends, entries.reshape(-1, 5), inner, *room
         )
     else:
-        rows = (5 * cells[:, :2])[:, :, None] + np.arange(5, dtype=np.int32)
+        rows = (5 * np.sort(cells[:, :2], axis=1))[:, :, None] + np.arange(5, dtype=np.int32)
         wanted = np.zeros(5 * n)
         wanted[::5] = AVERAGE * inner
         system = sp.csc_matrix((entries.ravel(), rows.ravel(), 10 * np.arange(h + 1)), shape=(5 * n, h))
@@ -87,30 +89,33 @@ def weights(
 def _equations(
     X: np.ndarray,
     triangles: np.ndarray,
-    around: tuple[np.ndarray, np.ndarray],
+    incidence: Incidence,
     cells: np.ndarray,
     weight: np.ndarray,
     mean: np.ndarray,
     alpha: np.ndarray,
     real: np.ndarray,
     imag: np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
-    """What each hinge adds to the five equations of its two ends, (h, 10), and which vertices have them, (n,)."""
+) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, ...]]:
+    """What each hinge adds to the five equations of its two ends, the lower one first, (h, 10); which vertices have
+    them, (n,); and, if kernels found it, the first hinge of each lower end, (n + 1,), and the higher ends, (h,).
+    """
     n, h = len(X), len(cells)
     if runtime.plain():
-        flat, (corners, ptr) = np.ravel(triangles), around
+        flat, corners, ptr = np.ravel(triangles), incidence.corners, incidence.ptr
         share, edges, inner = np.empty(n), *np.zeros((2, n), dtype=np.int32)
         east, north, entries = np.empty((n, 3)), np.empty((n, 3)), np.empty((h, 10))
-        launched("around", X, flat, ptr, corners, cells, edges, share, inner, east, north)
+        room = np.empty((len(triangles), 3)), np.empty(len(triangles))
+        ends = np.empty(n + 1, dtype=np.int32), np.empty(h, dtype=np.int32)
+        launched("around", X, flat, ptr, corners, cells, edges, *ends, *room, share, inner, east, north)
         parts = (weight, mean, alpha, real, imag)
         launched("equations", AVERAGE, X, cells, share, inner, east, north, *parts, entries)
-        return entries, inner
+        return entries, inner, ends
     x = np.ascontiguousarray(X.T)
     share, inner, east, north = _around(x, triangles, cells)
     edge = x[:, cells[:, 1]] - x[:, cells[:, 0]]
     found = np.empty((h, 2, 5))
-    for end in (0, 1):
-        v = cells[:, end]
+    for end, v in enumerate(np.sort(cells[:, :2], axis=1).T):
         right, up = (
             dot(edge, east[:, v]),
             dot(edge, north[:, v]),
@@ -122,7 +127,7 @@ def _equations(
         parts = AVERAGE * mean, 2 * alpha * a, 2 * alpha * b, (a**2 - b**2) / 2, a * b
         for number, part in enumerate(parts):
             found[:, end, number] = counts * part
-    return found.reshape(h, 10), inner
+    return found.reshape(h, 10), inner, ()
 
 
 def _around(x: np.ndarray, triangles: np.ndarray, cells: np.ndarray) -> tuple[np.ndarray, ...]:

@@ -6,58 +6,42 @@ from muslin.base.engine import ti
 
 @ti.kernel
 def inner_edges(
-    triangles: integers, ptr: integers, corners: integers, end: integers, high: integers, number: integers,
-    cells: index4, count: integers,
+    triangles: integers, row: integers, col: integers, numbers: integers, begin: integers, cells: index4,
+    count: integers,
 ):  # fmt: skip
-    """Edges of two triangles, sorted by their lower end and then by the higher one.
+    """Pairs of vertices that two triangles share, sorted by their lower end and then by the higher one.
 
     Half-edges are numbered corner by corner, and an edge's first one is that of the lower number.
     """
     ti.loop_config(serialize=True)
     for _ in range(1):
-        n, m, j, found = ptr.shape[0] - 1, triangles.shape[0] // 3, 0, 0
-        while j < n:
-            end[j] = 2 * ptr[j]
-            j += 1
-        j = 0
-        while j < n:
-            r, last = ptr[j], ptr[j + 1]
-            while r < last:
-                e, c = corners[r] // 3, corners[r] % 3
-                k = 0
-                while k < 2:  # the half-edge that begins at j, and the one that ends there
-                    begins = c if k == 0 else (c + 2) % 3
-                    i = triangles[3 * e + (c + 1 + k) % 3]
-                    if i < j:
-                        at = end[i]
-                        high[at], number[at] = j, begins * m + e
-                        end[i] = at + 1
-                    k += 1
-                r += 1
-            j += 1
-        i = 0
-        while i < n:
-            at, last = 2 * ptr[i], end[i]
-            while at < last:
-                begin = at
-                while at < last and high[at] == high[begin]:
-                    at += 1
-                if at == begin + 2:
-                    one, two = number[begin], number[begin + 1]
-                    if one > two:
-                        one, two = two, one
-                    e, c, f, d = one % m, one // m, two % m, two // m
-                    cells[found] = ti.Vector(
-                        [
-                            triangles[3 * e + c],
-                            triangles[3 * e + (c + 1) % 3],
-                            triangles[3 * e + (c + 2) % 3],
-                            triangles[3 * f + (d + 2) % 3],
-                        ]
-                    )
-                    found += 1
-            i += 1
+        k, found = 0, 0
+        while k < row.shape[0]:
+            at = begin[k]
+            if row[k] < col[k] and begin[k + 1] == at + 2:
+                e, f = numbers[at] // 9, numbers[at + 1] // 9
+                c, d = _begins(numbers[at] % 9), _begins(numbers[at + 1] % 9)
+                if c > d or (c == d and e > f):
+                    e, f = f, e
+                    c, d = d, c
+                cells[found] = ti.Vector(
+                    [
+                        triangles[3 * e + c],
+                        triangles[3 * e + (c + 1) % 3],
+                        triangles[3 * e + (c + 2) % 3],
+                        triangles[3 * f + (d + 2) % 3],
+                    ]
+                )
+                found += 1
+            k += 1
         count[0] = found
+
+
+@ti.func
+def _begins(pair):
+    """Corner at which the half-edge of a pair of corners a and b, 3 a + b, begins."""
+    a, b = pair // 3, pair % 3
+    return ti.select((a + 1) % 3 == b, a, b)
 
 
 @ti.func
@@ -96,26 +80,38 @@ def geometry(
 @ti.kernel
 def around(
     x: vec3s, triangles: integers, ptr: integers, corners: integers, cells: index4, edges: integers,
-    share: scalars, inner: integers, east: vec3s, north: vec3s,
+    first: integers, high: integers, doubled: vec3s, third: scalars, share: scalars, inner: integers, east: vec3s,
+    north: vec3s,
 ):  # fmt: skip
-    """Of each vertex: its share of the area, whether all its edges are hinges, east and north."""
+    """Of each vertex: its share of the area, whether all its edges are hinges, east and north; and the `first` hinge
+    of which it is the lower end. Of each hinge: the higher end.
+    """
     ti.loop_config(serialize=True)
     for _ in range(1):
-        e = 0
+        e, v = 0, 0
         while e < cells.shape[0]:
-            edges[cells[e][0]] = edges[cells[e][0]] + 1
-            edges[cells[e][1]] = edges[cells[e][1]] + 1
+            one, other = ti.min(cells[e][0], cells[e][1]), ti.max(cells[e][0], cells[e][1])
+            while v <= one:
+                first[v] = e
+                v += 1
+            edges[one], edges[other], high[e] = edges[one] + 1, edges[other] + 1, other
             e += 1
+        while v < first.shape[0]:
+            first[v] = e
+            v += 1
+    ti.loop_config(serialize=True)
+    for e in range(third.shape[0]):
+        a = x[triangles[3 * e]]
+        twice = (x[triangles[3 * e + 1]] - a).cross(x[triangles[3 * e + 2]] - a)
+        doubled[e], third[e] = twice, ti.sqrt(dot(twice, twice)) / 6
     ti.loop_config(serialize=True)
     for i in range(share.shape[0]):
         area, normal = 0.0, ti.Vector([0.0, 0.0, 0.0])
         r, last = ptr[i], ptr[i + 1]
         while r < last:
-            first = corners[r] // 3 * 3
-            a = x[triangles[first]]
-            doubled = (x[triangles[first + 1]] - a).cross(x[triangles[first + 2]] - a)
-            area += ti.sqrt(dot(doubled, doubled)) / 6
-            normal += doubled
+            e = corners[r] // 3
+            area += third[e]
+            normal += doubled[e]
             r += 1
         length = ti.sqrt(dot(normal, normal))
         share[i] = area
@@ -146,79 +142,76 @@ def equations(
             counts = 0.0
             if inner[v]:
                 counts = weight[e] * (0.5 / share[v])
-            entries[e, 5 * end] = counts * (average * mean[e])
-            entries[e, 5 * end + 1] = counts * (2 * alpha[e] * a)
-            entries[e, 5 * end + 2] = counts * (2 * alpha[e] * b)
-            entries[e, 5 * end + 3] = counts * ((a * a - b * b) / 2)
-            entries[e, 5 * end + 4] = counts * (a * b)
-
-
-@ti.func
-def applied(cells: ti.template(), entries: ti.template(), y: ti.template(), out: ti.template()):
-    """S y."""
-    v = 0
-    while v < out.shape[0]:
-        out[v] = ti.Vector([0.0, 0.0, 0.0, 0.0, 0.0])
-        v += 1
-    e = 0
-    while e < cells.shape[0]:
-        i, j, f = cells[e][0], cells[e][1], y[e]
-        out[i] = out[i] + entries[2 * e] * f
-        out[j] = out[j] + entries[2 * e + 1] * f
-        e += 1
+            at = 5 * ti.cast(v != ti.min(cells[e][0], cells[e][1]), ti.i32)
+            entries[e, at] = counts * (average * mean[e])
+            entries[e, at + 1] = counts * (2 * alpha[e] * a)
+            entries[e, at + 2] = counts * (2 * alpha[e] * b)
+            entries[e, at + 3] = counts * ((a * a - b * b) / 2)
+            entries[e, at + 4] = counts * (a * b)
 
 
 @ti.kernel
 def fit(
-    steps: int, average: float, damp: float, least: float, cells: index4, entries: vec5s, inner: integers,
-    left: vec5s, along: vec5s, scale: scalars, down: scalars, direction: scalars, y: scalars,
+    steps: int, average: float, damp: float, least: float, first: integers, high: integers, entries: vec5s,
+    inner: integers, left: vec5s, along: vec5s, scale: scalars, down: scalars, direction: scalars, y: scalars,
 ):  # fmt: skip
-    """The conjugate gradients of `hinge_weights.quickly`."""
+    """The conjugate gradients of `hinge_weights.quickly`: hinges in the order of their lower ends."""
     ti.loop_config(serialize=True)
     for _ in range(1):
-        n, h, e, total = left.shape[0], cells.shape[0], 0, 0.0
-        while e < h:
-            scale[e] = entries[2 * e].dot(entries[2 * e]) + entries[2 * e + 1].dot(entries[2 * e + 1])
-            y[e] = 1.0
-            total += scale[e]
-            e += 1
-        applied(cells, entries, y, left)
-        v = 0
+        n, h, v, total = left.shape[0], high.shape[0], 0, 0.0
+        nothing = ti.Vector([0.0, 0.0, 0.0, 0.0, 0.0])
         while v < n:
-            left[v] = ti.Vector([average * inner[v], 0.0, 0.0, 0.0, 0.0]) - left[v]
+            left[v], along[v] = nothing, nothing
+            v += 1
+        v = 0
+        while v < n:  # what is wanted, less what 1 everywhere makes of it
+            e, last, here = first[v], first[v + 1], left[v]
+            while e < last:
+                a, b, j = entries[2 * e], entries[2 * e + 1], high[e]
+                own = a.dot(a) + b.dot(b)
+                total += own
+                scale[e], y[e], direction[e] = own, 0.0, 0.0
+                here += a
+                left[j] = left[j] + b
+                e += 1
+            left[v] = ti.Vector([average * inner[v], 0.0, 0.0, 0.0, 0.0]) - here
             v += 1
         e = 0
         while e < h:
             scale[e] = 1 / ti.max(scale[e], least * (total / h))
-            y[e], direction[e] = 0.0, 0.0
             e += 1
-        size, k = 0.0, 0
+        size, length, k = 0.0, 0.0, 0
         while k <= steps:
-            before, e = size, 0
-            size = 0.0
-            while e < h:
-                g = (
-                    entries[2 * e].dot(left[cells[e][0]])
-                    + entries[2 * e + 1].dot(left[cells[e][1]])
-                    - damp * y[e]
-                )
-                down[e] = g
-                size += g * (scale[e] * g)
-                e += 1
+            before = size
+            size, v = 0.0, 0
+            while v < n:
+                e, last, here = first[v], first[v + 1], left[v]
+                while e < last:
+                    there, there_y = left[high[e]], y[e] + length * direction[e]
+                    g = entries[2 * e].dot(here) + entries[2 * e + 1].dot(there) - damp * there_y
+                    down[e], y[e] = g, there_y
+                    size += g * (scale[e] * g)
+                    e += 1
+                v += 1
             if k == steps or not size > 0.0:
                 k = steps
             else:
-                ratio = 0.0
+                ratio, short, long = 0.0, 0.0, 0.0
                 if k > 0:
                     ratio = size / before
-                e, short = 0, 0.0
-                while e < h:
-                    d = scale[e] * down[e] + ratio * direction[e]
-                    direction[e] = d
-                    short += d * d
-                    e += 1
-                applied(cells, entries, direction, along)
-                v, long = 0, 0.0
+                v = 0
+                while v < n:
+                    e, last, here = first[v], first[v + 1], along[v]
+                    while e < last:
+                        d, j = scale[e] * down[e] + ratio * direction[e], high[e]
+                        direction[e] = d
+                        short += d * d
+                        here += entries[2 * e] * d
+                        along[j] = along[j] + entries[2 * e + 1] * d
+                        e += 1
+                    along[v] = here
+                    v += 1
+                v = 0
                 while v < n:
                     long += along[v].dot(along[v])
                     v += 1
@@ -226,9 +219,6 @@ def fit(
                 v = 0
                 while v < n:
                     left[v] = left[v] - length * along[v]
+                    along[v] = nothing
                     v += 1
-                e = 0
-                while e < h:
-                    y[e] = y[e] + length * direction[e]
-                    e += 1
             k += 1

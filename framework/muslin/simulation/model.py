@@ -157,10 +157,6 @@ class Model:
             self._detect = Detection(functions.sphere_contact, n)
         if functions := body.roles.calling(NEEDS["response"]):
             self.filter = Response(functions.filter_velocity, n)
-        x = np.ascontiguousarray(body.X.T)
-        a, b, c = (x.take(corner, axis=1) for corner in np.ascontiguousarray(body.surface.T))
-        squares = [((x - y) ** 2).sum(axis=0) for x, y in ((a, c), (b, a), (c, b))]
-        self._longest = np.sqrt(np.maximum.reduce(squares))
         #: of each vertex [kg]
         self.lumped = np.bincount(body.pattern.layout.row, body.mass_factor, n)
         #: the state that the body has been updated to, and all prepared for
@@ -171,7 +167,18 @@ class Model:
         if self.stretch_limit:
             self.limit = body.limiter(self.stretch_limit, pinned)
         self._there: tuple[float, tuple[Collider, ...]] | None = None
-        self.weight = body.scalar_mass @ np.tile(np.asarray(self.gravity, float), (n, 1))
+        self.weight = np.zeros((n, 3))
+        for k, g in enumerate(self.gravity):
+            if g:
+                self.weight[:, k] = np.bincount(body.pattern.layout.row, g * body.mass_factor, n)
+
+    @functools.cached_property
+    def _longest(self) -> np.ndarray:
+        """Longest edge of each triangle of the surface, undeformed [m]."""
+        x = np.ascontiguousarray(self.body.X.T)
+        a, b, c = (x.take(corner, axis=1) for corner in np.ascontiguousarray(self.body.surface.T))
+        squares = [((x - y) ** 2).sum(axis=0) for x, y in ((a, c), (b, a), (c, b))]
+        return np.asarray(np.sqrt(np.maximum.reduce(squares)))
 
     def damper(self, x: np.ndarray) -> sp.csr_matrix | None:
         """C = beta K at positions x, (3n, 3n) [kg/s]; None if nothing is damped."""

@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from muslin.base import runtime
-from muslin.physics.elements.layout import Layout, permuted
+from muslin.physics.elements.layout import Layout, ordered, permuted
 from muslin.solve import cholmod, halves, ordering
 from muslin.solve.superlu import Indefinite, pivoted
 
@@ -24,13 +24,9 @@ class _Triangle:
     """
 
     def __init__(self, graph: sp.csr_matrix, order: np.ndarray, by_blocks: bool = False):
-        row, col, ptr = permuted(graph, order, upper=True)  # row by row above it is column by column below it
-        inner = Layout.csr(row, col, len(order), ptr)
-        self.order = order
-        self.blocks = (ptr, col) if by_blocks else None
-        self.indptr, self.indices = inner.scalar(len(order))
-        numbers = order.astype(np.int32)
-        self.layout = Layout(numbers.take(row), numbers.take(col), inner.start, inner.stride, inner.size)
+        self.order = order  # row by row above the diagonal is column by column below it
+        self.layout, blocks, (self.indptr, self.indices) = ordered(graph, order)
+        self.blocks = blocks if by_blocks else None
 
     def domain(self, data: np.ndarray) -> cholmod.Domain:
         """What factorises it."""
@@ -57,9 +53,9 @@ class Cholmod:
         points: np.ndarray,
         definite: bool,
         tolerance: float,
-        ordered: Callable[..., _Triangle] | None = None,
+        triangle: Callable[..., _Triangle] | None = None,
     ):
-        ordered = ordered or _best_triangle
+        triangle = triangle or _best_triangle
         n = graph.shape[0]
         everything, nothing = np.arange(n), np.arange(0)
         parts, separator = [everything], nothing
@@ -67,13 +63,13 @@ class Cholmod:
             one, other, between = ordering.cut(graph, points, everything)
             if min(len(one), len(other)) > 2 * len(between) > 0:
                 parts, separator = [one, other], between
-        triangles = [ordered(graph, points, part, separator) for part in parts]
+        triangles = [triangle(graph, points, part, separator) for part in parts]
         if len(parts) == 2 and any((t.order[-len(separator) :] != separator).any() for t in triangles):
-            triangles = [ordered(graph, points, everything, nothing)]
-        ends = np.cumsum([0, *(triangle.layout.size for triangle in triangles)])
+            triangles = [triangle(graph, points, everything, nothing)]
+        ends = np.cumsum([0, *(each.layout.size for each in triangles)])
         self.data = np.zeros(ends[-1])
         pieces = [self.data[a:b] for a, b in itertools.pairwise(ends)]
-        layouts = [triangle.layout for triangle in triangles]
+        layouts = [each.layout for each in triangles]
         start = [layout.start + end for layout, end in zip(layouts, ends[:-1], strict=True)]
         self.layout = Layout(
             np.concatenate([layout.row for layout in layouts]),
@@ -81,6 +77,7 @@ class Cholmod:
             np.concatenate(start).astype(np.int32),
             np.concatenate([layout.stride for layout in layouts]),
             int(ends[-1]),
+            np.concatenate([layout.number for layout in layouts]),
         )
         self._triangles, self._pieces = triangles, pieces
         self._solve: Callable[[np.ndarray], np.ndarray]
@@ -160,7 +157,7 @@ def _triangle(graph: sp.csr_matrix, points: np.ndarray, part: np.ndarray, separa
 
 def _minimum_degree(graph: sp.csr_matrix, part: np.ndarray) -> np.ndarray:
     """Some vertices in an order of minimum degree."""
-    _, col, ptr = permuted(graph, part, upper=False)
+    ptr, col = permuted(graph, part)
     return np.asarray(part[cholmod.minimum_degree(ptr, col)])
 
 

@@ -150,7 +150,6 @@ class System:
         self.name = choose(solver, k)
         self.solver: Solver | None = None
         self._varying: Varying | None = None
-        self.more = sp.csc_matrix((3 * n, 3 * n))
         self.layout = Layout(row[:0], col[:0], row[:0], row[:0], 0)
         self.data = np.zeros(0)
         if k:
@@ -165,8 +164,15 @@ class System:
             if self._any_pinned:
                 there = self.layout
                 ends = self.free[there.row], self.free[there.col]
-                self.layout = Layout(*ends, there.start, there.stride, there.size)
+                which = None if there.number is None else np.flatnonzero(kept).take(there.number)
+                self.layout = Layout(*ends, there.start, there.stride, there.size, which)
         self.coupling = Layout.csr(*outer, n)
+
+    @functools.cached_property
+    def more(self) -> sp.spmatrix:
+        """Nothing, until something is set."""
+        n = len(self.pinned)
+        return sp.csc_matrix((3 * n, 3 * n))
 
     @functools.cached_property
     def _unknowns(self) -> np.ndarray:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import ctypes
 from collections.abc import Callable, Sequence
 from typing import Any
 
@@ -50,9 +51,11 @@ def bound(kernel: Any, arguments: Sequence[Any]) -> Callable[[], None] | None:
     return launch
 
 
-def bound_again(kernel: Any, arguments: Sequence[Any]) -> Callable[[], None] | None:
-    """As `bound`, in a tenth of the time, if the kernel has been bound to arguments like these; else None."""
-    running = inside.program()
+def bound_again(kernel: Any, arguments: Sequence[Any], running: Any) -> Callable[[], None] | None:
+    """As `bound`, in a tenth of the time, if the kernel has been bound to arguments like these; else None.
+
+    `running` is the program that is.
+    """
     if running is None or getattr(kernel, "_muslin_program", None) is not running:
         return None
     known = kernel._muslin_bound.get(_kinds(arguments))
@@ -62,11 +65,20 @@ def bound_again(kernel: Any, arguments: Sequence[Any]) -> Callable[[], None] | N
 def _kinds(arguments: Sequence[Any]) -> tuple[Any, ...]:
     """What a kernel's code depends on, of its arguments."""
     return tuple(
-        (value.dtype, value.shape[1:], value.flags.c_contiguous)
-        if isinstance(value, np.ndarray)
-        else type(value)
-        for value in arguments
+        [
+            (value.dtype, value.shape[1:], value.flags.c_contiguous)
+            if isinstance(value, np.ndarray)
+            else type(value)
+            for value in arguments
+        ]
     )
+
+
+def _address(array: np.ndarray) -> int:
+    """Where an array's numbers are: in an eighth of the time of `array.ctypes.data`, if they may be written."""
+    if array.size and array.flags.writeable:
+        return ctypes.addressof(ctypes.c_char.from_buffer(array.data))
+    return array.ctypes.data
 
 
 def _launch(
@@ -74,11 +86,11 @@ def _launch(
 ) -> Callable[[], None]:
     compiled, code, inner, nested = known
     context = compiled.make_launch_context()
-    for k, (value, own) in enumerate(zip(arguments, inner, strict=True)):
+    array = context.set_arg_external_array_with_shape
+    for k, value in enumerate(arguments):
         place = (k,) if nested else k
         if isinstance(value, np.ndarray):
-            shape = value.shape[: value.ndim - own]
-            context.set_arg_external_array_with_shape(place, value.ctypes.data, value.nbytes, shape, 0)
+            array(place, _address(value), value.nbytes, value.shape[: value.ndim - inner[k]], 0)
         elif isinstance(value, float):
             context.set_arg_float(place, value)
         else:

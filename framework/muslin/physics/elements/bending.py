@@ -125,19 +125,20 @@ class Bending:
             return None
         cells, (c, weight) = self.element.cells, self.element.factors
         layout, narrow = pattern.layout, self._outside is not None  # 2 and 3 are no neighbours
-        own, found = np.zeros(pattern.n), np.zeros(len(layout.row))
         if runtime.plain():
-            once(constant, int(narrow), cells, c, weight, pattern.ptr, layout.col, own, found)
-        else:
-            between = weight[:, None, None] * c[:, :, None] * c[:, None, :]
-            corners = between[:, range(4), range(4)]
-            one, two = np.triu_indices(4, 1)
-            if narrow:
-                corners[:, 2:] += between[:, 2, 3, None]
-                one, two = one[:-1], two[:-1]
-            where = pattern.find(cells[:, one].ravel(), cells[:, two].ravel())
-            found += np.bincount(where, between[:, one, two].ravel(), len(found))
-            own += np.bincount(cells.ravel(), corners.ravel(), len(own))
+            own, found, place = np.zeros(pattern.n), np.zeros(len(layout.row)), pattern.ptr.copy()
+            once(constant, int(narrow), cells, c, weight, pattern.ptr, layout.col, place, own, found)
+            return found
+        between = weight[:, None, None] * c[:, :, None] * c[:, None, :]
+        corners = between[:, range(4), range(4)]
+        one, two = np.triu_indices(4, 1)
+        if narrow:
+            corners[:, 2:] += between[:, 2, 3, None]
+            one, two = one[:-1], two[:-1]
+        where = pattern.find(cells[:, one].ravel(), cells[:, two].ravel())
+        own, found = np.zeros(pattern.n), np.zeros(len(layout.row))
+        found += np.bincount(where, between[:, one, two].ravel(), len(found))
+        own += np.bincount(cells.ravel(), corners.ravel(), len(own))
         found += found.take(pattern.mirrored)
         found[layout.row == layout.col] = own
         return found

@@ -43,11 +43,12 @@ def quadratic(serial: bool):
 
 @ti.kernel
 def constant(
-    narrow: int, cells: index4, c: vec4s, weight: scalars, ptr: integers, col: integers, own: scalars, between: scalars,
+    narrow: int, cells: index4, c: vec4s, weight: scalars, ptr: integers, col: integers, place: integers, own: scalars,
+    between: scalars,
 ):  # fmt: skip
-    """Sum the quadratic model's Hessian: into vertices, and of each two corners i < j of a hinge into the block (i, j).
+    """Sum the quadratic model's Hessian into blocks, of vertices with themselves in `own` first.
 
-    `narrow`: what is between corners 2 and 3 goes to these themselves.
+    `narrow`: what is between corners 2 and 3 of a hinge goes to these themselves. `place`: where each row begins.
     """
     ti.loop_config(serialize=True)
     for _ in range(1):
@@ -69,6 +70,20 @@ def constant(
                             at += 1
                         between[at] = between[at] + w * b[i] * b[j]
             e += 1
+        i = 0
+        while i < own.shape[0]:  # row by row, as the entries below the diagonal lie in their columns
+            at = ptr[i]
+            while at < ptr[i + 1]:
+                j = col[at]
+                if j == i:
+                    between[at] = own[i]
+                elif j > i:
+                    mirrored = place[j]
+                    place[j] = mirrored + 1
+                    both = between[at] + between[mirrored]
+                    between[at], between[mirrored] = both, both
+                at += 1
+            i += 1
 
 
 @ti.func

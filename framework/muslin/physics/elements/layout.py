@@ -25,6 +25,8 @@ class Layout:
     start, stride : (k,) int32 arrays
     size : int
         Length of the data array.
+    number : (k,) int array, optional
+        Which each block is of those of the pattern that the layout was made for.
     """
 
     row: np.ndarray
@@ -32,6 +34,7 @@ class Layout:
     start: np.ndarray
     stride: np.ndarray
     size: int
+    number: np.ndarray | None = None
 
     @classmethod
     def csr(cls, row: np.ndarray, col: np.ndarray, n: int, ptr: np.ndarray | None = None) -> Layout:
@@ -125,6 +128,32 @@ def pairs(
     return row[:found].copy(), col[:found].copy(), numbers, begin[: found + 1].copy()
 
 
+@dataclass(frozen=True)
+class Incidence:
+    """Which corners of cells each vertex is, and which vertices share a cell: found once, for all that asks.
+
+    Attributes
+    ----------
+    corners, ptr : int32 arrays
+        The cells' corners, `grouped` by vertices.
+    row, col, numbers, begin : int32 arrays
+        Of `pairs`.
+    """
+
+    corners: np.ndarray
+    ptr: np.ndarray
+    row: np.ndarray
+    col: np.ndarray
+    numbers: np.ndarray
+    begin: np.ndarray
+
+    @classmethod
+    def of(cls, cells: np.ndarray, n: int) -> Incidence:
+        """Of cells (m, k) and n vertices."""
+        corners, ptr = grouped(cells.ravel(), n)
+        return cls(corners, ptr, *pairs(cells, ptr, corners))
+
+
 def find(ptr: np.ndarray, col: np.ndarray, row: np.ndarray, wanted: np.ndarray) -> np.ndarray:
     """Number of the entry (row, wanted) of a sparse matrix (CSR: ptr, col), int32; -1 where there is none."""
     if not runtime.on_cpu():
@@ -139,27 +168,57 @@ def find(ptr: np.ndarray, col: np.ndarray, row: np.ndarray, wanted: np.ndarray) 
     return found
 
 
-def permuted(
-    graph: sp.csr_matrix, order: np.ndarray, upper: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """A symmetric graph in another order, or a part of it: (row, col, ptr), int32, sorted.
-
-    With `upper` nothing below the diagonal.
-    """
+def permuted(graph: sp.csr_matrix, order: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """A symmetric graph in another order, or a part of it: (indptr, indices), int32, sorted."""
     n = len(order)
     if not runtime.on_cpu():
         inner = graph[order][:, order].tocsr()
         inner.sort_indices()
-        row = np.repeat(np.arange(n, dtype=np.int32), np.diff(inner.indptr))
-        kept = (inner.indices >= row) | (not upper)
-        return row[kept], inner.indices[kept], pointers(row[kept], n)
-    order, place = whole(order), np.full(graph.shape[0], -1, dtype=np.int32)
-    place[order] = np.arange(n, dtype=np.int32)
+        return whole(inner.indptr), whole(inner.indices)
     begin, end = np.empty((2, n + 1), dtype=np.int32)
-    row, col = np.empty((2, len(graph.indices)), dtype=np.int32)
-    there = whole(graph.indptr), whole(graph.indices)
-    _run("permuted", int(upper), *there, order, place, begin, end, row, col)
-    return row[: begin[n]].copy(), col[: begin[n]].copy(), begin
+    col = np.empty(len(graph.indices), dtype=np.int32)
+    _run("permuted", *_as_kernels_take(graph, order), begin, end, col)
+    return begin, col[: begin[n]].copy()
+
+
+def ordered(
+    graph: sp.csr_matrix, order: np.ndarray
+) -> tuple[Layout, tuple[np.ndarray, np.ndarray], tuple[np.ndarray, np.ndarray]]:
+    """The blocks of a symmetric matrix on and above the diagonal, row by row, in an order of elimination.
+
+    Returns
+    -------
+    layout : Layout
+        Its vertices and blocks are those of the graph.
+    blocks, entries : (indptr, indices), int32
+        In that order, of the blocks and of all their entries.
+    """
+    n = len(order)
+    if not runtime.on_cpu():
+        numbers = np.arange(1, len(graph.indices) + 1)
+        inner = sp.csr_matrix((numbers, graph.indices, graph.indptr), shape=graph.shape)[order][:, order]
+        inner = sp.triu(inner, format="csr")
+        inner.sort_indices()
+        there = Layout.of(inner)
+        vertices = whole(order[there.row]), whole(order[there.col])
+        where = Layout(*vertices, there.start, there.stride, there.size, whole(inner.data - 1))
+        return where, (whole(inner.indptr), whole(inner.indices)), there.scalar(n)
+    most = (int(np.diff(graph.indptr).take(order).sum()) + n) // 2
+    row, to, start, stride, number, col = np.empty((6, most), dtype=np.int32)
+    ptr, indptr = np.empty(n + 1, dtype=np.int32), np.empty(3 * n + 1, dtype=np.int32)
+    indices = np.empty(9 * most, dtype=np.int32)
+    out = row, to, start, stride, number, ptr, col, indptr, indices
+    _run("ordered", *_as_kernels_take(graph, order), *out)
+    k = ptr[n]
+    where = Layout(row[:k], to[:k], start[:k], stride[:k], 9 * int(k), number[:k])
+    return where, (ptr, col[:k]), (indptr, indices[: 9 * k])
+
+
+def _as_kernels_take(graph: sp.csr_matrix, order: np.ndarray) -> tuple[np.ndarray, ...]:
+    """A graph's rows, an order, and where each row is in that: -1 for those that are left out."""
+    order, place = whole(order), np.full(graph.shape[0], -1, dtype=np.int32)
+    place[order] = np.arange(len(order), dtype=np.int32)
+    return whole(graph.indptr), whole(graph.indices), order, place
 
 
 def chosen(ptr: np.ndarray, numbers: np.ndarray, which: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

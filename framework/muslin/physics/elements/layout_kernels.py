@@ -85,13 +85,9 @@ def find(ptr: integers, col: integers, row: integers, wanted: integers, found: i
 
 @ti.kernel
 def permuted(
-    upper: int, ptr: integers, col: integers, order: integers, place: integers,
-    begin: integers, end: integers, row: integers, out: integers,
+    ptr: integers, col: integers, order: integers, place: integers, begin: integers, end: integers, out: integers,
 ):  # fmt: skip
-    """A symmetric sparse matrix in another order, with `upper` nothing below its diagonal.
-
-    `place` is where each row is in that order, -1 for those that are left out.
-    """
+    """A symmetric sparse matrix in another order; `place` is where each row is in it, -1 for those left out."""
     ti.loop_config(serialize=True)
     for _ in range(1):
         n, i, room = order.shape[0], 0, 0
@@ -104,7 +100,7 @@ def permuted(
             at, last = ptr[order[i]], ptr[order[i] + 1]
             while at < last:
                 p = place[col[at]]
-                if p >= 0 and (p <= i or upper == 0):
+                if p >= 0:
                     out[end[p]] = i
                     end[p] = end[p] + 1
                 at += 1
@@ -114,11 +110,47 @@ def permuted(
             at, last = begin[p], end[p]
             begin[p] = to
             while at < last:
-                row[to], out[to] = p, out[at]
+                out[to] = out[at]
                 at += 1
                 to += 1
             p += 1
         begin[n] = to
+
+
+@ti.kernel
+def ordered(
+    ptr: integers, col: integers, order: integers, place: integers, row: integers, to: integers, start: integers,
+    stride: integers, number: integers, blocks: integers, inner: integers, indptr: integers, indices: integers,
+):  # fmt: skip
+    """What `layout.ordered` is to find; `place` as above."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        n, i, end = order.shape[0], 0, 0
+        while i < n:
+            own, begin = order[i], end
+            blocks[i] = begin
+            at, last = ptr[own], ptr[own + 1]
+            while at < last:
+                p = place[col[at]]
+                if p >= i:  # so few are in a row that each is put where it belongs
+                    k = end
+                    while k > begin and inner[k - 1] > p:
+                        inner[k], number[k] = inner[k - 1], number[k - 1]
+                        k -= 1
+                    inner[k], number[k] = p, at
+                    end += 1
+                at += 1
+            first, step, k = 9 * begin, 3 * (end - begin), begin
+            indptr[3 * i], indptr[3 * i + 1], indptr[3 * i + 2] = first, first + step, first + 2 * step
+            while k < end:
+                j = inner[k]
+                row[k], to[k], start[k], stride[k] = own, order[j], first, step
+                for a, b in ti.static(ti.ndrange(3, 3)):
+                    indices[first + a * step + b] = 3 * j + b
+                first += 3
+                k += 1
+            i += 1
+        blocks[n], indptr[3 * n] = end, 9 * end
 
 
 @ti.kernel

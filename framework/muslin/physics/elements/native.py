@@ -60,5 +60,5 @@ class NativeElement(Element):
 def rest_gradients(X: np.ndarray, triangles: np.ndarray, normal: np.ndarray) -> np.ndarray:
     """Gradient of each corner's shape function in its triangle's plane, (3 m, 3); the third entries are zero."""
     g0 = np.empty((3 * len(triangles), 3))
-    once(gradients_at_rest, X, triangles, normal, g0)
+    once(gradients_at_rest(is_small(len(triangles), 20)), X, triangles, normal, g0)
     return g0

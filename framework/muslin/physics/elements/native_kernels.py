@@ -11,20 +11,26 @@ from muslin.physics.elements import modes
 COLLAPSED = 1e-6
 
 
-@ti.kernel
-def gradients_at_rest(X: vec3s, triangles: index3, normal: vec3s, g0: vec3s):
-    """Gradient of each corner's shape function in its triangle's plane."""
-    for e in range(triangles.shape[0]):
-        t = triangles[e]
-        t0, t1 = tangents(normal[e])
-        a, b = X[t[1]] - X[t[0]], X[t[2]] - X[t[0]]
-        a0, a1, b0, b1 = t0.dot(a), t1.dot(a), t0.dot(b), t1.dot(b)
-        twice_area = a0 * b1 - a1 * b0
-        g1 = ti.Vector([b1, -b0, 0.0]) / twice_area
-        g2 = ti.Vector([-a1, a0, 0.0]) / twice_area
-        g0[3 * e] = -g1 - g2
-        g0[3 * e + 1] = g1
-        g0[3 * e + 2] = g2
+@functools.cache
+def gradients_at_rest(serial: bool):
+    """Kernel of the gradient of each corner's shape function in its triangle's plane."""
+
+    @ti.kernel
+    def kernel(X: vec3s, triangles: index3, normal: vec3s, g0: vec3s):
+        ti.loop_config(serialize=serial)
+        for e in range(triangles.shape[0]):
+            t = triangles[e]
+            t0, t1 = tangents(normal[e])
+            a, b = X[t[1]] - X[t[0]], X[t[2]] - X[t[0]]
+            a0, a1, b0, b1 = t0.dot(a), t1.dot(a), t0.dot(b), t1.dot(b)
+            twice_area = a0 * b1 - a1 * b0
+            g1 = ti.Vector([b1, -b0, 0.0]) / twice_area
+            g2 = ti.Vector([-a1, a0, 0.0]) / twice_area
+            g0[3 * e] = -g1 - g2
+            g0[3 * e + 1] = g1
+            g0[3 * e + 2] = g2
+
+    return kernel
 
 
 @ti.func

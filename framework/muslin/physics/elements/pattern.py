@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from muslin.base.launch import Launch, is_small
-from muslin.physics.elements.layout import Layout, chosen, find, grouped, pairs, pointers, whole
+from muslin.physics.elements.layout import Incidence, Layout, chosen, find, grouped, pointers, whole
 from muslin.physics.elements.pattern_kernels import (
     add_blocks,
     assemble_blocks,
@@ -34,12 +34,14 @@ class Gather:
     cells : (m, k) int32
     n : int
         Number of vertices.
+    corners : (order, pointers), optional
+        The cells' corners `grouped` by vertices, if that is known.
     """
 
-    def __init__(self, cells: np.ndarray, n: int):
+    def __init__(self, cells: np.ndarray, n: int, corners: tuple[np.ndarray, np.ndarray] | None = None):
         self.n = n
         # vertex i gathers rows k e + corner
-        self.vertex_rows, self.vertex_ptr = grouped(cells.ravel(), n)
+        self.vertex_rows, self.vertex_ptr = corners or grouped(cells.ravel(), n)
 
         self._bound: dict[int, tuple[np.ndarray, np.ndarray, Launch]] = {}
 
@@ -69,6 +71,8 @@ class Pattern(Gather):
         Number of vertices.
     widened : (h, l) int32, optional
         More cells whose corners are to be neighbours; nothing is gathered from them.
+    incidence : Incidence, optional
+        Of `cells`, if that is known.
 
     Attributes
     ----------
@@ -82,11 +86,18 @@ class Pattern(Gather):
         Whether a block's pair shares one of `cells`.
     """
 
-    def __init__(self, cells: np.ndarray, n: int, widened: np.ndarray | None = None):
-        super().__init__(cells, n)
+    def __init__(
+        self,
+        cells: np.ndarray,
+        n: int,
+        widened: np.ndarray | None = None,
+        incidence: Incidence | None = None,
+    ):
+        at = incidence or Incidence.of(cells, n)
+        super().__init__(cells, n, (at.corners, at.ptr))
         self.corners = cells.shape[1]
         if widened is None:
-            row, col, self.block_rows, self.block_ptr = pairs(cells, self.vertex_ptr, self.vertex_rows)
+            row, col, self.block_rows, self.block_ptr = at.row, at.col, at.numbers, at.begin
         else:
             keys = np.unique(np.concatenate([_pairs(cells, n), _pairs(widened, n)]))
             row, col = whole(keys // n), whole(keys % n)
@@ -185,7 +196,7 @@ class Assembly:
         constant: np.ndarray | None = None,
         more: tuple[np.ndarray, np.ndarray] | None = None,
     ):
-        k = pattern.find(layout.row, layout.col)
+        k = pattern.find(layout.row, layout.col) if layout.number is None else layout.number
         self.data = np.empty(layout.size) if data is None else data
         self._layout, self._vertices = layout, pattern.n
         self._own = np.flatnonzero(layout.row == layout.col)
