@@ -20,7 +20,7 @@ def terms_newtons_method(a: Given) -> Any:
 
 
 def _begun(rng: Rng) -> Arrays:
-    """Objectives, and where to begin: y = A (x - m) with a lower triangular A, so that x can be had row by row."""
+    """Objectives, and where to begin: A is lower triangular, so that x can be had from y = A (x - m) row by row."""
     count = len(KINDS)
     A = np.zeros((count, 4, 4))
     for i in range(4):
@@ -31,10 +31,7 @@ def _begun(rng: Rng) -> Arrays:
     side = np.where(rng.random((count, 4)) < 0.5, -1.0, 1.0)
     wide, near = between(rng, 1.5, 4, count, 4), between(rng, 0.9, 1.1, count, 4)
     y = np.where(kind == 2, wide, np.where(kind == 3, side * near, side * wide))
-    way = np.zeros((count, 4))
-    for i in range(4):
-        rest = sum((A[:, i, j] * way[:, j] for j in range(i)), start=np.zeros(count))
-        way[:, i] = (y[:, i] - rest) / A[:, i, i]
+    way = _way(A, y)
     w = between(rng, 0.3, 3, count, 4)
     return {
         "x": m + way,
@@ -45,6 +42,15 @@ def _begun(rng: Rng) -> Arrays:
         "w": w,
         "kind": KINDS.copy(),
     }
+
+
+def _way(A: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """The x - m with A (x - m) = y, row by row."""
+    way = np.zeros_like(y)
+    for i in range(4):
+        rest = sum((A[:, i, j] * way[:, j] for j in range(i)), start=np.zeros(len(y)))
+        way[:, i] = (y[:, i] - rest) / A[:, i, i]
+    return way
 
 
 def _there_already(rng: Rng) -> Arrays:
@@ -63,6 +69,19 @@ def _one_step(rng: Rng) -> Arrays:
     return {**a, "kind": np.zeros_like(a["kind"]), "most_steps": np.ones(len(KINDS), np.int32)}
 
 
+def _few_steps(rng: Rng) -> Arrays:
+    """One, two or three steps on the way to a minimum that takes more, from where every whole step is good enough.
+
+    The terms are y - log(1 + y): Newton's step leads from y to -y^2, and from a y < 0 it lowers the objective by more
+    than half of what the slope promises, so that no line search refuses it.
+    """
+    a = _begun(rng)
+    count = len(KINDS)
+    y = between(rng, -0.35, -0.25, count, 4)
+    steps = np.array([1, 2, 3, 1, 2, 3, 1, 2], np.int32)
+    return {**a, "x": a["m"] + _way(a["A"], y), "kind": np.full(count, 2, np.int32), "most_steps": steps}
+
+
 def _weighed(rng: Rng, a: Arrays) -> Arrays:
     """Change: the objective, and what counts as zero, times a factor."""
     return {"w": FACTOR * a["w"], "tolerance": FACTOR * a["tolerance"]}
@@ -76,6 +95,14 @@ def _elsewhere(rng: Rng, a: Arrays) -> Arrays:
 def _slope(a: Given, x: np.ndarray) -> np.ndarray:
     """How far y = A (x - m) is from zero."""
     return np.sum(a["A"] * (x - a["m"])[:, None, :], axis=2)
+
+
+def _from_where_steps_lead(a: Given, x: np.ndarray) -> np.ndarray:
+    """How far y is from where whole steps lead in `_few_steps`: each from y to -y^2."""
+    y = _slope(a, a["x"])
+    for k in range(int(a["most_steps"].max())):
+        y = np.where((k < a["most_steps"])[:, None], -y * y, y)
+    return _slope(a, x) - y
 
 
 properties_newtons_method = (
@@ -102,6 +129,12 @@ properties_newtons_method = (
         "With one step allowed, a quadratic objective must be least at x: Newton's step leads there.",
         _one_step,
         vanishes(terms_newtons_method, lambda a, x: x - a["m"]),
+    ),
+    Property(
+        "no more steps than allowed",
+        "With most_steps = 1, 2 or 3, x must be where that many steps of Newton's lead, and no further.",
+        _few_steps,
+        vanishes(terms_newtons_method, _from_where_steps_lead),
     ),
     Property(
         "moves with the objective",
