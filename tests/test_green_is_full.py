@@ -44,7 +44,7 @@ def judged(folder, chosen, seed="a seed of the grader"):
         drawn = properties.draw("cloth", name, seed)
         if drawn and verdict.checks[-1].status != FAILED:
             inputs = properties.batch([inputs for _, inputs in drawn])
-            checks.judge_properties(verdict, drawn, outcome(functions[name], inputs))
+            checks.judge_properties(TABLE, verdict, drawn, outcome(functions[name], inputs))
         yield variant, reports[name], {check.layer for check in verdict.checks if check.status == FAILED}
 
 

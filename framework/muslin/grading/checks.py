@@ -17,6 +17,7 @@ import numpy as np
 from muslin.grading import diagnosis
 from muslin.grading.laws import extent
 from muslin.grading.record import ERROR, FAILED, LAYERS, NOT_IMPLEMENTED, PASSED, SKIPPED, Check
+from muslin.grading.upheld import upheld
 from muslin.judging import Property, judge, properties, reference
 from muslin.tasks import Assignment, Task
 from muslin.tasks.comparing import Terms
@@ -204,10 +205,23 @@ def _told(
     )  # fmt: skip
 
 
-def judge_properties(verdict: Verdict, drawn: Drawn, outcome: Outcome | None) -> None:
-    """The properties, added to a verdict; without an outcome they are skipped."""
+def judge_properties(
+    table: Assignment, verdict: Verdict, drawn: Drawn, outcome: Outcome | None, text: str = ""
+) -> None:
+    """The properties, added to a verdict; without an outcome they are skipped.
+
+    Parameters
+    ----------
+    table, verdict, drawn, outcome
+    text : str
+        The student's file. Where all public cases are right, what is behind the first that fails is looked for in it.
+    """
     reached = outcome is not None and not outcome.kind
+    parts: list[tuple[np.ndarray, ...]] = []
+    if outcome is not None and reached:
+        parts = properties.apart(outcome.results, [inputs for _, inputs in drawn])
     for k, (prop, inputs) in enumerate(drawn):
+        found = None
         if outcome is None:
             status, message = SKIPPED, "skipped: the function does not run yet."
         elif not reached and k == 0:
@@ -215,13 +229,16 @@ def judge_properties(verdict: Verdict, drawn: Drawn, outcome: Outcome | None) ->
         elif not reached:
             status, message = SKIPPED, "skipped: it was not reached."
         else:
-            part = properties.apart(outcome.results, [inputs for _, inputs in drawn])[k]
-            error = properties.judge(prop, inputs, part)
+            error = properties.judge(prop, inputs, parts[k])
             status, message = PASSED, prop.statement
             if not error <= prop.tolerance:
                 status, message = FAILED, f"Does not hold{extent(error)}: {prop.statement}"
+                if verdict.status == PASSED:
+                    cases, expected = reference.cases(table.name, verdict.task.name)
+                    found = upheld(verdict.task, expected, cases, drawn, parts, table.name, text)
         cause = prop.cause if reached and status == FAILED else ""
-        verdict.add(Check(prop.name, "properties", status, message, cause=cause))
+        said = (found.cause, found.mistake, found.advice) if found else (cause,)
+        verdict.add(Check(prop.name, "properties", status, message, None, None, *said))
 
 
 def judge_hidden(verdict: Verdict, cases: Hidden | None, outcome: Outcome | None) -> None:

@@ -104,6 +104,7 @@ class Stages:
     def properties(self, seed: str) -> None:
         """The properties, of functions that run."""
         drawn = {name: properties.draw(self._table.name, name, seed) for name in self._table.tasks}
+        home = self._home()
 
         def ask(part: Part, task: Task) -> Outcome | None:
             if not drawn[task.name] or not self.verdicts[task.name].passed("form"):
@@ -111,7 +112,8 @@ class Stages:
             return self._timed(part, task, properties.batch([inputs for _, inputs in drawn[task.name]]))
 
         def judge(verdict: Verdict, outcome: Outcome | None) -> None:
-            checks.judge_properties(verdict, drawn[verdict.task.name], outcome)
+            name = verdict.task.name
+            checks.judge_properties(self._table, verdict, drawn[name], outcome, home[name].text)
 
         self._asked("properties", ask, judge)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import re
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -62,7 +63,7 @@ def _as_it_should_be(search: Search, change: Repair) -> tuple[str, str]:
     found: list[str] = []
     while isinstance(node, ast.expr):
         if not isinstance(node, (ast.Tuple, ast.Slice)):
-            text = ast.unparse(with_changes(node, change.changes))
+            text = re.sub(r"-0(?![\d.])", "0", ast.unparse(with_changes(node, change.changes)))
             if len(text) > (WHOLE if found else LONGEST):
                 break
             found.append(text)

@@ -91,7 +91,7 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
         outputs = got if isinstance(got, tuple) else (got,)
         report = _compared(table, name, outputs, inputs, expected, folder / file)
         if report.status == GREEN:
-            report = _held(table, name, loaded[file][name]) or report
+            report = _held(table, name, loaded[file][name], inputs, expected, folder / file) or report
         if report.status != GREEN:
             report = replace(report, notes=_notes(loaded[file][name]))
         yield report
@@ -113,7 +113,7 @@ def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any, p
     return Report(name, WRONG, verdict.message, verdict.case, mistake, advice)
 
 
-def _held(table: Any, name: str, function: Any) -> Report | None:
+def _held(table: Any, name: str, function: Any, cases: Any, expected: Any, path: Path) -> Report | None:
     """What must hold for all inputs, tried on some that are no public cases; the first that does not hold."""
     from muslin.judging import properties
     from muslin.judging.reference import shown
@@ -132,16 +132,21 @@ def _held(table: Any, name: str, function: Any) -> Report | None:
     for (prop, inputs), results in zip(drawn, outputs, strict=True):
         errors = properties.errors(prop, inputs, results)
         if errors.max(initial=0.0) > prop.tolerance:
+            from muslin.grading.upheld import upheld
+            from muslin.reading import source
+
             sample = int(errors.argmax())  # of groups of samples: the first of the group
             lines = shown({value.name: inputs[value.name][sample] for value in task.inputs})
             lines += shown(
                 {value.name: out[sample] for value, out in zip(task.results, results, strict=True)}
             )
             message = "\n".join([f"the public cases agree, but not all inputs do ({prop.name})", *lines])
+            mistake = f"This must hold, and does not: {prop.statement}"
             advice = "Work these inputs by hand: the grader tries others of their kind."
-            return Report(
-                name, WRONG, message, mistake=f"This must hold, and does not: {prop.statement}", advice=advice
-            )
+            found = upheld(task, expected, cases, drawn, outputs, table.name, source.glimpse(path))
+            if found is not None:
+                mistake, advice = f"{mistake} {found.mistake}", found.advice
+            return Report(name, WRONG, message, mistake=mistake, advice=advice)
     return None
 
 

@@ -195,15 +195,13 @@ def _collapsing(rng: Rng) -> Arrays:
     return _of_sum(np.concatenate([COLLAPSED, np.ones((count, 1))], axis=1), m, k, l)
 
 
-def _beyond_the_guard(a: Given, out: Outputs) -> np.ndarray:
-    """How far twist, out_0 and out_1 exceed what the guard allows, or above it miss the quotient; in parts of that."""
+def _beside_the_guard(a: Given, out: Outputs) -> np.ndarray:
+    """How far twist, out_0 and out_1 miss the quotient by what the guard allows, in parts of the stresses."""
     s, p = a["s"], a["dpsi_ds"]
     s = np.stack([s[:, 0] + s[:, 1], s[:, 0], s[:, 1]], axis=1)
     p = np.stack([p[:, 0] + p[:, 1], p[:, 0], p[:, 1]], axis=1)
     most = np.stack([np.abs(p[:, 1]) + np.abs(p[:, 2]), np.abs(p[:, 1]), np.abs(p[:, 2])], axis=1)
-    got = out[0][:, 1:]
-    excess = np.maximum(np.abs(got) * LEAST - most, 0)
-    return relative(np.where(s < LEAST, excess, np.abs(got * s - p)), norms(most))
+    return relative(np.abs(out[0][:, 1:] * np.maximum(s, LEAST) - p), norms(most))
 
 
 def _jump(a: Given, out: Outputs) -> np.ndarray:
@@ -279,9 +277,9 @@ properties_eigensystem = (
     ),
     Property(
         "finite at collapse",
-        "Where a stretch is below 1e-6 it must be divided by 1e-6, not by less; above, by the stretch itself.",
+        "Where a stretch or the sum is below 1e-6, it must be divided by 1e-6, no more and no less; above, by itself.",
         _collapsing,
-        _beyond_the_guard,
+        _beside_the_guard,
     ),
 )
 
