@@ -194,3 +194,23 @@ def test_an_edited_file_is_read_again(tmp_path):
     second = submission(tmp_path, "filter_velocity", "return v * 30.0")
     assert muslin.evaluate(second.filter_velocity, v=v, n=n)[0, 0] == 30
     assert muslin.evaluate(first.filter_velocity, v=v, n=n)[0, 0] == 2
+
+
+def test_annotations_are_types_also_where_a_file_asks_for_them_as_texts(tmp_path):
+    text = (ROOT / "solutions" / "cloth" / "kinetic_energy.py").read_text(encoding="utf-8")
+    text = text.replace("import taichi as ti", "from __future__ import annotations\n\nimport taichi as ti", 1)
+    typed = "def mass_block(i: int, j: int, area: float, rho: float, h: float) -> float:"
+    text = text.replace("def mass_block(i, j, area, rho, h):", typed)
+    assert typed in text
+    (tmp_path / "kinetic_energy.py").write_text(text, encoding="utf-8")
+    f = muslin.load(tmp_path)
+    block = muslin.evaluate(f.mass_block, i=np.array([0, 1]), j=np.array([0, 2]), area=6.0, rho=1.0, h=1.0)
+    np.testing.assert_allclose(block, [1.0, 0.5], rtol=1e-15)
+
+
+def test_a_function_that_taichi_refuses_is_told_as_that(tmp_path):
+    text = 'import taichi as ti\n\n\n@ti.func\ndef filter_velocity(v: "a vector", n):\n    return v\n'
+    (tmp_path / "collision.py").write_text(text, encoding="utf-8")
+    told = str(muslin.tasks.failure_of(muslin.load(tmp_path).filter_velocity))
+    assert "line 4" in told or "line 5" in told
+    assert told.endswith("Taichi does not take filter_velocity as it is written.")

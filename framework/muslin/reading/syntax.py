@@ -193,7 +193,19 @@ def compiled(text: str, filename: str, where: str) -> CodeType:
     StudentCodeError
         If it is not Python.
     """
-    return _read(lambda: compile(text, filename, "exec", dont_inherit=True), text, where)
+    return _read(lambda: compile(_with_types(text), filename, "exec", dont_inherit=True), text, where)
+
+
+def _with_types(text: str) -> str | ast.Module:
+    """A file whose annotations are types. The import that makes texts of them would have Taichi refuse them."""
+    if "__future__" not in text:
+        return text
+    tree = ast.parse(text)
+    for node in tree.body:
+        if isinstance(node, ast.ImportFrom) and node.module == "__future__":
+            kept = [alias for alias in node.names if alias.name != "annotations"]
+            node.names = kept or [ast.alias("division", None)]  # which does nothing
+    return ast.fix_missing_locations(tree)
 
 
 def _read(attempt: Callable[[], _T], text: str, where: str) -> _T:

@@ -159,6 +159,8 @@ def _words(error: BaseException, text: str, line: int, made: ModuleType) -> tupl
         )
     if isinstance(error, MuslinError):
         return str(error).rstrip("."), "Take this line out: it runs whenever the file is read."
+    if decorated:
+        return _said(error), f"Taichi does not take {name} as it is written."
     return _said(
         error
     ), "Only imports, constants and functions belong into the file: take out what else stands there."
