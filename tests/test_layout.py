@@ -44,7 +44,8 @@ def test_the_pairs_of_corners_are_those_that_asking_one_by_one_finds(by):
             for a, b in itertools.product(range(k), repeat=2):
                 wanted.setdefault((cell[a], cell[b]), []).append(k * k * e + k * a + b)
         corners, ptr = grouped(each.ravel(), n)
-        row, col, numbers, begin = layout.pairs(each, ptr, corners)
+        row, col, numbers, begin, first = layout.pairs(each, ptr, corners)
+        assert np.array_equal(first, np.searchsorted(row, np.arange(n + 1)))
         assert list(zip(row.tolist(), col.tolist(), strict=True)) == sorted(wanted)
         assert [numbers[a:b].tolist() for a, b in itertools.pairwise(begin)] == [
             wanted[ij] for ij in sorted(wanted)
@@ -134,18 +135,22 @@ def test_hinges_found_hinge_by_hinge_are_those_found_column_by_column(monkeypatc
                 hinges = bending.Hinges.of(X, sheet.triangles, quick)
             with monkeypatch.context() as patched:
                 body = muslin.Cloth((X, sheet.triangles), mu=1.0, lam=1.0)
-                bent = Bending(X, hinges, model, 1e-3, exact=False)
                 patched.setattr(runtime, "plain", lambda plain=plain: plain)
-                found.append((hinges, bent.factors(body.pattern) if model == "quadratic" else np.zeros(0)))
-        (one, factors), (other, too) = found
+                bent = Bending(X, hinges, model, 1e-3, exact=False)
+                quadratic = model == "quadratic"
+                beyond = bent.beyond(np.sin(X)) if quadratic else np.zeros(0)
+                found.append((hinges, bent.factors(body.pattern) if quadratic else np.zeros(0), beyond))
+        (one, factors, beyond), (other, too, beyond_too) = found
         for name in ("cells", "length", "area", "angle", "cotangents"):
             assert np.array_equal(getattr(one, name), getattr(other, name)), name
         if quick:  # sums in another order
             np.testing.assert_allclose(one.weight, other.weight, rtol=1e-9)
-            np.testing.assert_allclose(factors, too, rtol=1e-9, atol=1e-9 * np.abs(factors).max(initial=0))
+            for a, b in ((factors, too), (beyond, beyond_too)):
+                np.testing.assert_allclose(a, b, rtol=1e-9, atol=1e-9 * np.abs(a).max(initial=0))
         else:
             assert np.array_equal(one.weight, other.weight)
             assert np.array_equal(factors, too)
+            assert np.array_equal(beyond, beyond_too)
 
 
 def test_a_mesh_without_an_inner_edge_has_no_hinges(by):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -40,6 +41,14 @@ class Mesh:
     notices: tuple[str, ...] = ()
     numbers: np.ndarray | None = None
     scale: float = 1.0
+
+    @functools.cached_property
+    def area_and_normal(self) -> tuple[np.ndarray, np.ndarray]:
+        """As the function of this name has them, of the vertices as they are."""
+        found = area_and_normal(self.vertices, self.triangles)
+        for array in found:
+            array.setflags(write=False)
+        return found
 
     def find(self, numbers: Any) -> np.ndarray:
         """Indices of vertices by their numbers in the file (which are the indices if none was left out).
@@ -235,13 +244,14 @@ def frozen(
     name: str,
     notices: tuple[str, ...] = (),
     numbers: np.ndarray | None = None,
+    scale: float = 1.0,
 ) -> Mesh:
     """Mesh of private, read-only copies of these (checked) arrays."""
     X = np.array(vertices, dtype=np.float64, order="C")
     T = np.array(triangles, dtype=np.int32, order="C")
     X.setflags(write=False)
     T.setflags(write=False)
-    return Mesh(X, T, name, notices, numbers)
+    return Mesh(X, T, name, notices, numbers, scale)
 
 
 def flat_to_3d(points: np.ndarray, title: str) -> tuple[np.ndarray, tuple[str, ...]]:

@@ -113,7 +113,7 @@ class Body:
         import scipy.sparse as sp
 
         n = len(self.X)
-        return sp.csr_matrix((self.mass_factor, self.pattern.layout.col, self.pattern.ptr), shape=(n, n))
+        return sp.csr_matrix((self.mass_factor, self.pattern.col, self.pattern.ptr), shape=(n, n))
 
     @property
     def undeformed(self) -> Mesh | TetMesh:
@@ -195,6 +195,11 @@ class Body:
         """Sum forces (3 t, 3) on the corners of the surface's triangles into (n, 3)."""
         self._forces[...] = forces
         return self._skin.vector(self._forces)
+
+    @property
+    def of_surface(self) -> np.ndarray:
+        """Whether vertices are in a triangle of the surface, (n,)."""
+        return np.diff(self._skin.vertex_ptr) > 0
 
     @functools.cached_property
     def _forces(self) -> np.ndarray:

@@ -9,12 +9,12 @@ so that a run that was stopped and goes on is the one that was not.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
-from muslin.mesh import Mesh, Refinement, area_and_normal
+from muslin.mesh import Mesh, Refinement
 from muslin.mesh.surface import frozen
 from muslin.physics.transfer import Exchange, Sheet
 from muslin.simulation import carrying
@@ -30,6 +30,25 @@ COARSER = 0.3
 #: Share of the triangles, or vertices, that must ask for a change before there is one; how often a triangle may be
 #: refined in one.
 FEW, ROUNDS = 0.01, 2
+
+
+@dataclass(frozen=True)
+class _Undeformed:
+    """A refinement's undeformed mesh, and where its vertices start, (n, 3) [m]."""
+
+    refined: Refinement
+    mesh: Mesh
+    start: np.ndarray
+
+    @classmethod
+    def of(cls, refined: Refinement, begun: Mesh, X: np.ndarray, start: np.ndarray) -> _Undeformed:
+        """Of what a mesh has become, with vertices X."""
+        numbers = begun.numbers
+        if numbers is not None:
+            numbers = np.concatenate([numbers, numbers[-1] + 1 + np.arange(refined.added)])
+        mesh = frozen(X, refined.triangles, begun.name, (), numbers, begun.scale)
+        return cls(refined, mesh, start)
+
 
 #: (undeformed mesh, start positions, pinned vertices, density) -> model
 Build = Callable[[Mesh, np.ndarray, np.ndarray, float], Model]
@@ -79,14 +98,14 @@ class Adapter:
         self.scene, self._mesh, self._start, self._build = scene, mesh, start, build
         self._pinned = np.zeros(len(mesh.vertices), dtype=bool)
         self._pinned[model.pinned] = True
-        self._area = float(area_and_normal(mesh.vertices, mesh.triangles)[0].sum())
+        self._area = float(mesh.area_and_normal[0].sum())
         self._mass = float(model.body.mass_factor.sum())
         self._first = model
         self.came_from = np.arange(len(mesh.vertices))
         self.changed: Callable[[], None] = lambda: None
         self.model, self.refined = model, Refinement.of(mesh)
         self.log: list[tuple[float, ...]] = []
-        self._undeformed = self.refined, mesh.vertices
+        self._undeformed = _Undeformed(self.refined, mesh, start)
         self._weighed: tuple[Any, Sheet, float] = None, Sheet(mesh.triangles, np.zeros(0)), 0.0
         self._resumed = refined is not None
         if refined is not None:
@@ -179,8 +198,10 @@ class Adapter:
         return self._within_budget(rows[np.argsort(-found[rows], kind="stable")])
 
     def _coarsened(self, state: State, goes: np.ndarray) -> State:
-        sheet, free = self._sheet(), self._free(self.refined)
+        sheet, free, there = self._sheet(), self._free(self.refined), self._rest()
         self.refined, kept = self.refined.coarsen(goes)
+        X, start = there.mesh.vertices[kept], there.start[kept]
+        self._undeformed = _Undeformed.of(self.refined, self._mesh, X, start)
         after = self._sheet()
         exchange = Exchange(sheet, Sheet(kept[after.triangles], after.masses), len(state.x), free)
         x = exchange.recentred(state.x)
@@ -190,8 +211,10 @@ class Adapter:
         return State(x[kept], v[kept], state.time, [], pressed, state.work)
 
     def _refined(self, state: State, rows: np.ndarray) -> State:
-        sheet = self._sheet()
+        sheet, there = self._sheet(), self._rest()
         self.refined = self.refined.refine(rows)
+        X, start = self.refined.spread(there.mesh.vertices), self.refined.spread(there.start)
+        self._undeformed = _Undeformed.of(self.refined, self._mesh, X, start)
         after = self._sheet()
         x, v = self.refined.spread(state.x), self.refined.spread(state.v)
         exchange = Exchange(sheet, after, len(x), self._free(self.refined), _changed(sheet, after))
@@ -214,15 +237,16 @@ class Adapter:
                 high = middle
         return rows[:low]
 
-    def _rest(self) -> np.ndarray:
-        """Undeformed positions of the mesh as it is now, (n, 3)."""
-        if self._undeformed[0] is not self.refined:
-            self._undeformed = self.refined, self.refined.spread(self._mesh.vertices)
-        return self._undeformed[1]
+    def _rest(self) -> _Undeformed:
+        """The mesh as it is now, undeformed."""
+        if self._undeformed.refined is not self.refined:
+            X, start = (self.refined.spread(values) for values in (self._mesh.vertices, self._start))
+            self._undeformed = _Undeformed.of(self.refined, self._mesh, X, start)
+        return self._undeformed
 
     def _indicator(self, state: State) -> np.ndarray:
         """How much each triangle should be refined, where it is and where it will be if it moves on as it does."""
-        scene, rest = self.scene, self._rest()
+        scene, rest = self.scene, self._rest().mesh.vertices
         angle, ahead = np.radians(scene.refine_angle), scene.look_ahead
         found = None
         for dt in (0.0, ahead) if ahead else (0.0,):
@@ -233,7 +257,7 @@ class Adapter:
 
     def _sheet(self) -> Sheet:
         if self._weighed[0] is not self.refined:
-            area = area_and_normal(self._rest(), self.refined.triangles)[0]
+            area = self._rest().mesh.area_and_normal[0]
             whole = float(area.sum())
             self._weighed = self.refined, Sheet(self.refined.triangles, self._mass / whole * area), whole
         return self._weighed[1]
@@ -243,19 +267,13 @@ class Adapter:
 
     def _rebuild(self) -> None:
         """The model of the mesh as it is now; its mass is that of the mesh one began with."""
-        mesh, begun = self.refined, self._mesh
-        X = self._rest()
-        numbers = begun.numbers
-        if numbers is not None:
-            numbers = np.concatenate([numbers, numbers[-1] + 1 + np.arange(mesh.added)])
-        rest = frozen(X, mesh.triangles, begun.name, (), numbers)
+        rest, rho = self._rest(), self.scene.rho
         self._sheet()
         area = self._weighed[2]
-        factor = self._area / area if abs(area / self._area - 1) > 1e-12 else 1.0
-        pinned = np.flatnonzero(mesh.all_of(self._pinned))
-        self.model = self._build(
-            replace(rest, scale=begun.scale), mesh.spread(self._start), pinned, factor * self.scene.rho
-        )
+        if abs(area / self._area - 1) > 1e-12:
+            rho *= self._area / area
+        pinned = np.flatnonzero(self.refined.all_of(self._pinned))
+        self.model = self._build(rest.mesh, rest.start, pinned, rho)
 
     def _energies(self, state: State) -> tuple[float, float, float]:
         """Kinetic, elastic and gravity energy [J]."""

@@ -138,18 +138,15 @@ class Model:
         body, n = self.body, len(self.body.X)
         pinned = np.zeros(n, dtype=bool)
         pinned[self.pinned] = True
-        blocks = body.pattern.layout
         tolerance = min(self.tolerance, CONTACT_TOLERANCE) if self.contact == "solve" else self.tolerance
-        system = (blocks.row, blocks.col, pinned, self.solver, self.project, body.X, tolerance)
+        system = (body.pattern.row, body.pattern.col, pinned, self.solver, self.project, body.X, tolerance)
         make = functools.partial(System, *system, solid=body.pattern.corners == 4, lasting=self.lasting)
         self.system = make(varying=self.barrier is not None)
         self._make = make
         self._assemble = body.assembly(self.system.layout, self.system.data)
         self._impulse = body.impulse(self.damping)
         self._diagonal: Assembly | None = None
-        touchable = np.zeros(n, dtype=bool)
-        touchable[body.surface.ravel()] = True
-        touchable &= ~pinned
+        touchable = body.of_surface & ~pinned
         self._free = None if touchable.all() else touchable
         self._detect: Detect | None = None
         self.filter: Filter | None = None
@@ -158,7 +155,7 @@ class Model:
         if functions := body.roles.calling(NEEDS["response"]):
             self.filter = Response(functions.filter_velocity, n)
         #: of each vertex [kg]
-        self.lumped = np.bincount(body.pattern.layout.row, body.mass_factor, n)
+        self.lumped = np.bincount(body.pattern.row, body.mass_factor, n)
         #: the state that the body has been updated to, and all prepared for
         self.here: State | None = None
         #: whether a step's first matrix is that of where the body is; Newton's method begins elsewhere
@@ -170,7 +167,7 @@ class Model:
         self.weight = np.zeros((n, 3))
         for k, g in enumerate(self.gravity):
             if g:
-                self.weight[:, k] = np.bincount(body.pattern.layout.row, g * body.mass_factor, n)
+                self.weight[:, k] = np.bincount(body.pattern.row, g * body.mass_factor, n)
 
     @functools.cached_property
     def _longest(self) -> np.ndarray:

@@ -137,7 +137,7 @@ def adapter_for(
         )
 
     def rebuilt(mesh: Mesh, x: np.ndarray, pinned: np.ndarray, rho: float) -> Model:
-        dense = replace(scene, rho=rho)
+        dense = scene if rho == scene.rho else replace(scene, rho=rho)
         return build(dense, functions, energy, hessian, mesh, tuple(stand_ins), x, pinned)[0]
 
     return Adapter(scene, mesh, start, model, rebuilt, refined)

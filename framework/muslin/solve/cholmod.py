@@ -300,11 +300,14 @@ def _write_out(library: Any, common: Any, L: _Factor) -> None:
         library.cholmod_free(count, 4, before, common)
         setattr(L, name, address)
 
-    def threefold(numbers: np.ndarray) -> np.ndarray:
-        return (3 * numbers[:, None] + np.arange(3, dtype=np.int32)).ravel()
+    def threefold(numbers: np.ndarray, step: int = 1) -> np.ndarray:
+        three = np.empty((len(numbers), 3), dtype=np.int32)
+        for k in range(3):
+            three[:, k] = 3 * numbers + k * step
+        return three.ravel()
 
     exchange("Perm", L.n, threefold)
-    exchange("ColCount", L.n, lambda counts: (3 * counts[:, None] - np.arange(3, dtype=np.int32)).ravel())
+    exchange("ColCount", L.n, lambda counts: threefold(counts, -1))
     exchange("s", L.ssize, threefold)
     exchange("super", L.nsuper + 1, lambda first: 3 * first)
     exchange("pi", L.nsuper + 1, lambda first: 3 * first)

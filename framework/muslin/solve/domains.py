@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from muslin.base import runtime
-from muslin.physics.elements.layout import Layout, ordered, permuted
+from muslin.physics.elements.layout import Layout, inverse, ordered, permuted
 from muslin.solve import cholmod, halves, ordering
 from muslin.solve.superlu import Indefinite, pivoted
 
@@ -166,7 +166,7 @@ class _Direct:
 
     def __init__(self, triangle: _Triangle, data: np.ndarray):
         self._domain = triangle.domain(data)
-        self._order, self._place = triangle.order, np.argsort(triangle.order)
+        self._order, self._place = triangle.order, inverse(triangle.order)
 
     def __call__(self, b: np.ndarray) -> np.ndarray:
         self._domain.factorise()
@@ -184,7 +184,7 @@ class _InHalves:
         domains = [triangle.domain(piece) for triangle, piece in zip(triangles, pieces, strict=True)]
         self._orders = [triangle.order[:-size] for triangle in triangles]
         self._separator = triangles[0].order[-size:]
-        self._place = np.argsort(np.concatenate([*self._orders, self._separator]))
+        self._place = inverse(np.concatenate([*self._orders, self._separator]))
         first = triangles[0]
         begin = len(first.indptr) - 1 - 3 * size
         at = np.arange(first.indptr[begin], first.indptr[-1])

@@ -166,7 +166,12 @@ class System:
                 ends = self.free[there.row], self.free[there.col]
                 which = None if there.number is None else np.flatnonzero(kept).take(there.number)
                 self.layout = Layout(*ends, there.start, there.stride, there.size, which)
-        self.coupling = Layout.csr(*outer, n)
+        self._outer = outer
+
+    @functools.cached_property
+    def coupling(self) -> Layout:
+        """Of blocks between a free and a pinned vertex."""
+        return Layout.csr(*self._outer, len(self.pinned))
 
     @functools.cached_property
     def more(self) -> sp.spmatrix:

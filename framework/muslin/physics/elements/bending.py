@@ -17,7 +17,7 @@ import scipy.sparse as sp
 from muslin.base import runtime
 from muslin.base.launch import Launch, is_small, once
 from muslin.physics.bending import Hinges
-from muslin.physics.elements.bending_kernels import constant, quadratic, shells
+from muslin.physics.elements.bending_kernels import across, constant, quadratic, shells
 from muslin.physics.elements.element import Element
 from muslin.physics.elements.layout import grouped
 from muslin.physics.elements.pattern import Gather, Pattern
@@ -100,14 +100,7 @@ class Bending:
         self._outside: sp.csr_matrix | None = None
         if self.widened is None:
             assert self.element.factors is not None
-            n, (two, three) = len(X), np.ascontiguousarray(hinges.cells[:, 2:].T)
-            c, weight = self.element.factors
-            pull = weight * c[:, 2] * c[:, 3]
-            rows, columns = np.concatenate([two, three, two, three]), np.concatenate([two, three, three, two])
-            entries = np.concatenate([pull, pull, -pull, -pull])
-            order, ptr = grouped(rows, n)
-            self._outside = sp.csr_matrix((entries.take(order), columns.take(order), ptr), shape=(n, n))
-            self._outside.sum_duplicates()
+            self._outside = _outside(hinges.cells, *self.element.factors, self._gather)
 
     def energy(self) -> float:
         """[J], at the positions taken."""
@@ -124,10 +117,10 @@ class Bending:
         if self.element.factors is None:
             return None
         cells, (c, weight) = self.element.cells, self.element.factors
-        layout, narrow = pattern.layout, self._outside is not None  # 2 and 3 are no neighbours
+        narrow = self._outside is not None  # 2 and 3 are no neighbours
         if runtime.plain():
-            own, found, place = np.zeros(pattern.n), np.zeros(len(layout.row)), pattern.ptr.copy()
-            once(constant, int(narrow), cells, c, weight, pattern.ptr, layout.col, place, own, found)
+            own, found, place = np.zeros(pattern.n), np.zeros(len(pattern.row)), pattern.ptr.copy()
+            once(constant, int(narrow), cells, c, weight, pattern.ptr, pattern.col, place, own, found)
             return found
         between = weight[:, None, None] * c[:, :, None] * c[:, None, :]
         corners = between[:, range(4), range(4)]
@@ -136,11 +129,11 @@ class Bending:
             corners[:, 2:] += between[:, 2, 3, None]
             one, two = one[:-1], two[:-1]
         where = pattern.find(cells[:, one].ravel(), cells[:, two].ravel())
-        own, found = np.zeros(pattern.n), np.zeros(len(layout.row))
+        own, found = np.zeros(pattern.n), np.zeros(len(pattern.row))
         found += np.bincount(where, between[:, one, two].ravel(), len(found))
         own += np.bincount(cells.ravel(), corners.ravel(), len(own))
         found += found.take(pattern.mirrored)
-        found[layout.row == layout.col] = own
+        found[pattern.row == pattern.col] = own
         return found
 
     def beyond(self, v: np.ndarray) -> np.ndarray | None:
@@ -150,3 +143,22 @@ class Bending:
     def excess(self) -> sp.csr_matrix | None:
         """What is too much in the pattern's matrix, (3n, 3n) [N/m], or None if nothing is."""
         return None if self._outside is None else sp.kron(self._outside, sp.identity(3), format="csr")
+
+
+def _outside(cells: np.ndarray, c: np.ndarray, weight: np.ndarray, gather: Gather) -> sp.csr_matrix:
+    """What of hinges (h, 4) is between the two vertices across an edge, (n, n) [N/m]: K_23 at both, -K_23 between."""
+    n = gather.n
+    if runtime.plain():
+        ptr, columns = np.empty(n + 1, np.int32), np.empty(cells.size, np.int32)
+        entries = np.empty(cells.size)
+        once(across, cells, c, weight, gather.vertex_ptr, gather.vertex_rows, ptr, columns, entries)
+        found = sp.csr_matrix((entries, columns, ptr), shape=(n, n))
+    else:
+        two, three = np.ascontiguousarray(cells[:, 2:].T)
+        pull = weight * c[:, 2] * c[:, 3]
+        rows, columns = np.concatenate([two, three, two, three]), np.concatenate([two, three, three, two])
+        order, ptr = grouped(rows, n)
+        entries = np.concatenate([pull, pull, -pull, -pull])
+        found = sp.csr_matrix((entries.take(order), columns.take(order), ptr), shape=(n, n))
+    found.sum_duplicates()
+    return found

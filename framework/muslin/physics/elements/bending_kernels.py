@@ -86,6 +86,36 @@ def constant(
             i += 1
 
 
+@ti.kernel
+def across(
+    cells: index4, c: vec4s, weight: scalars, ptr: integers, corners: integers, begin: integers, columns: integers,
+    entries: scalars,
+):  # fmt: skip
+    """Rows of `bending._outside`; `ptr` and `corners` say which corners of hinges each vertex is."""
+    ti.loop_config(serialize=True)
+    for _ in range(1):
+        i, to, n = 0, 0, ptr.shape[0] - 1
+        while i < n:
+            begin[i] = to
+            r, last, k = ptr[i], ptr[i + 1], 0
+            while r < last:
+                k += corners[r] % 4 > 1
+                r += 1
+            for corner in ti.static((2, 3)):
+                r = ptr[i]
+                while r < last:
+                    e = corners[r] // 4
+                    if corners[r] % 4 == corner:
+                        pull = weight[e] * c[e][2] * c[e][3]
+                        columns[to], entries[to] = i, pull
+                        columns[to + k], entries[to + k] = cells[e][5 - corner], -pull
+                        to += 1
+                    r += 1
+            to += k
+            i += 1
+        begin[n] = to
+
+
 @ti.func
 def angle(n0, n1, t):
     """Angle between the triangles' unit normals, positive about the edge's direction t."""

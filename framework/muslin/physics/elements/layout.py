@@ -93,10 +93,15 @@ def whole(numbers: np.ndarray) -> np.ndarray:
     return np.ascontiguousarray(numbers, dtype=np.int32)
 
 
-def pairs(
-    cells: np.ndarray, ptr: np.ndarray, rows: np.ndarray
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Every pair (i, j) of each cell's corners, sorted, and once: (i, j, numbers of the pairs, where each begins).
+def inverse(order: np.ndarray) -> np.ndarray:
+    """Where each number is in an order of all of them."""
+    place = np.empty(len(order), dtype=np.int64)
+    place[order] = np.arange(len(order))
+    return place
+
+
+def pairs(cells: np.ndarray, ptr: np.ndarray, rows: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Every pair (i, j) of each cell's corners, sorted, and once.
 
     Parameters
     ----------
@@ -107,9 +112,13 @@ def pairs(
     Returns
     -------
     row, col : (blocks,) int32
+        i and j.
     numbers : (k k m,) int32
         Of pairs, k k e + k corner_i + corner_j, those of one block ascending.
     begin : (blocks + 1,) int32
+        Where those of each block begin.
+    first : (n + 1,) int32
+        The first block of each vertex i.
     """
     (m, k), n = cells.shape, len(ptr) - 1
     if not runtime.on_cpu():
@@ -119,13 +128,13 @@ def pairs(
         keys = i[numbers].astype(np.int64) * n + j[numbers]
         begin = np.flatnonzero(np.diff(keys, prepend=-1))
         row, col = whole(keys[begin] // n), whole(keys[begin] % n)
-        return row, col, numbers, np.append(begin, len(keys)).astype(np.int32)
-    place, count = np.empty(n, dtype=np.int32), np.zeros(1, dtype=np.int32)
+        return row, col, numbers, np.append(begin, len(keys)).astype(np.int32), pointers(row, n)
+    first = np.empty(n + 1, dtype=np.int32)
     numbers, others, row, col = np.empty((4, k * k * m), dtype=np.int32)
     begin = np.empty(k * k * m + 1, dtype=np.int32)
-    _run("pairs", k, whole(cells).ravel(), ptr, rows, place, numbers, others, row, col, begin, count)
-    found = count[0]
-    return row[:found].copy(), col[:found].copy(), numbers, begin[: found + 1].copy()
+    _run("pairs", k, whole(cells).ravel(), ptr, rows, first, numbers, others, row, col, begin)
+    found = first[n]
+    return row[:found].copy(), col[:found].copy(), numbers, begin[: found + 1].copy(), first
 
 
 @dataclass(frozen=True)
@@ -136,7 +145,7 @@ class Incidence:
     ----------
     corners, ptr : int32 arrays
         The cells' corners, `grouped` by vertices.
-    row, col, numbers, begin : int32 arrays
+    row, col, numbers, begin, rows : int32 arrays
         Of `pairs`.
     """
 
@@ -146,6 +155,7 @@ class Incidence:
     col: np.ndarray
     numbers: np.ndarray
     begin: np.ndarray
+    rows: np.ndarray
 
     @classmethod
     def of(cls, cells: np.ndarray, n: int) -> Incidence:

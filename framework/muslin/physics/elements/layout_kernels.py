@@ -32,15 +32,15 @@ def grouped(labels: integers, place: integers, order: integers, ptr: integers):
 
 @ti.kernel
 def pairs(
-    k: int, cells: integers, ptr: integers, rows: integers, place: integers, number: integers, others: integers,
-    row: integers, col: integers, begin: integers, count: integers,
+    k: int, cells: integers, ptr: integers, rows: integers, first: integers, number: integers, others: integers,
+    row: integers, col: integers, begin: integers,
 ):  # fmt: skip
     """Each pair of a cell's corners: `number`s by vertex, and there by the other vertex; and where those are new."""
     ti.loop_config(serialize=True)
     for _ in range(1):
         n, j, blocks = ptr.shape[0] - 1, 0, 0
-        while j < n:
-            place[j] = k * ptr[j]
+        while j < n:  # `first` is where the next number of each vertex goes
+            first[j] = k * ptr[j]
             j += 1
         j = 0
         while j < n:
@@ -48,18 +48,19 @@ def pairs(
             while r < last:
                 corner = rows[r]
                 c = corner % k
-                first, a = corner - c, 0
+                begins, a = corner - c, 0
                 while a < k:
-                    i = cells[first + a]
-                    at = place[i]
-                    others[at], number[at] = j, k * (first + a) + c
-                    place[i] = at + 1
+                    i = cells[begins + a]
+                    at = first[i]
+                    others[at], number[at] = j, k * (begins + a) + c
+                    first[i] = at + 1
                     a += 1
                 r += 1
             j += 1
         i, at = 0, 0
         while i < n:
             last, before = k * ptr[i + 1], -1
+            first[i] = blocks
             while at < last:
                 j = others[at]
                 if j != before:
@@ -68,8 +69,7 @@ def pairs(
                     before = j
                 at += 1
             i += 1
-        begin[blocks] = at
-        count[0] = blocks
+        begin[blocks], first[n] = at, blocks
 
 
 @ti.kernel

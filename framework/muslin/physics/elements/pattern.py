@@ -78,8 +78,10 @@ class Pattern(Gather):
     ----------
     corners : int
         k.
+    row, col : (blocks,) int32
+        Every pair of vertices that share a cell, sorted.
     layout : Layout
-        Every pair of vertices that share a cell.
+        Of these.
     ptr : (n + 1,) int32
         Where each vertex' blocks begin.
     held : (blocks,) bool
@@ -97,28 +99,32 @@ class Pattern(Gather):
         super().__init__(cells, n, (at.corners, at.ptr))
         self.corners = cells.shape[1]
         if widened is None:
-            row, col, self.block_rows, self.block_ptr = at.row, at.col, at.numbers, at.begin
+            self.row, self.col, self.block_rows, self.block_ptr = at.row, at.col, at.numbers, at.begin
+            self.ptr = at.rows
         else:
             keys = np.unique(np.concatenate([_pairs(cells, n), _pairs(widened, n)]))
-            row, col = whole(keys // n), whole(keys % n)
-        self.ptr = pointers(row, n)
-        self.layout = Layout.csr(row, col, n, self.ptr)
-        if widened is not None:
+            self.row, self.col = whole(keys // n), whole(keys % n)
+            self.ptr = pointers(self.row, n)
             self.block_rows, self.block_ptr = self.gathering(cells)
         self.held = np.diff(self.block_ptr) > 0
-        self.nnz = self.layout.size
+        self.nnz = 9 * len(self.row)
+
+    @functools.cached_property
+    def layout(self) -> Layout:
+        """In scipy's own order."""
+        return Layout.csr(self.row, self.col, self.n, self.ptr)
 
     @functools.cached_property
     def diagonal(self) -> np.ndarray:
         """Position in `data` of entry (3 i + a, 3 i + a), (n, 3)."""
-        own = self.layout.row == self.layout.col
+        own = self.row == self.col
         start, stride = self.layout.start[own], self.layout.stride[own]
         return np.stack([start + a * (stride + 1) for a in range(3)], axis=1)
 
     @functools.cached_property
     def mirrored(self) -> np.ndarray:
         """Number of each block's transpose."""
-        return grouped(self.layout.col, self.n)[0]  # by columns, as the transposes are by rows
+        return grouped(self.col, self.n)[0]  # by columns, as the transposes are by rows
 
     @functools.cached_property
     def scalar(self) -> tuple[np.ndarray, np.ndarray]:
@@ -132,24 +138,27 @@ class Pattern(Gather):
         """
         k = cells.shape[1]
         block = self.find(np.repeat(cells, k, axis=1).ravel(), np.tile(cells, k).ravel())
-        return grouped(block, len(self.layout.row))
+        return grouped(block, len(self.row))
 
     def blocks(self, factor: np.ndarray) -> np.ndarray:
         """Sum numbers (k k m,), one per pair of a cell's corners, into one for each block."""
+        taken = factor.take(self.block_rows)
+        if self.held.all():
+            return np.asarray(np.add.reduceat(taken, self.block_ptr[:-1]))
         sums = np.zeros(len(self.held), dtype=factor.dtype)
-        sums[self.held] = np.add.reduceat(factor.take(self.block_rows), self.block_ptr[:-1][self.held])
+        sums[self.held] = np.add.reduceat(taken, self.block_ptr[:-1][self.held])
         return sums
 
     def neighbours(self, mass: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Vertices that have mass in common: where each one's begin, which they are, and how much it is."""
         if self.held.all():
-            return self.ptr, self.layout.col, mass
-        row, col = self.layout.row[self.held], self.layout.col[self.held]
+            return self.ptr, self.col, mass
+        row, col = self.row[self.held], self.col[self.held]
         return pointers(row, self.n), col, mass[self.held]
 
     def find(self, row: np.ndarray, col: np.ndarray) -> np.ndarray:
         """Number of the block of each pair of vertices that are neighbours."""
-        return find(self.ptr, self.layout.col, row, col)
+        return find(self.ptr, self.col, row, col)
 
     def matrix(self, data: np.ndarray) -> sp.csr_matrix:
         """Scipy matrix (3n, 3n) around a data array, without a copy."""
