@@ -108,7 +108,7 @@ def test_one_mistake_is_charged_once(tmp_path):
 
 def test_hang_crash_and_exit_cost_their_own_task_only(tmp_path):
     """An endless kernel, a segmentation fault and os._exit(0), each in another file."""
-    deadline = 6.0
+    deadline = 4.0
     hostile = submission(
         tmp_path / "s",
         right_cauchy_green="    k = 0\n    while F[0, 0] < 1e300:\n        k += 1\n    return F * k\n",
@@ -126,7 +126,7 @@ def test_hang_crash_and_exit_cost_their_own_task_only(tmp_path):
     assert {task.name for task in record if task.status == "error"} == broken
     assert {task.status for task in record if task.name not in broken} == {"passed"}
     assert record.score == 100 - sum(TABLE.tasks[name].points for name in broken)
-    assert "took longer than 6 s" in record["right_cauchy_green"].message
+    assert "took longer than 4 s" in record["right_cauchy_green"].message
     assert "segmentation fault" in record["nodal_force"].message
     assert "exit code 0" in record["sphere_contact"].message
     assert record.simulation.status == "passed"

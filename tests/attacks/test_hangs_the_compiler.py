@@ -28,6 +28,6 @@ def test_the_deadline_covers_compiling(attack):
     files = {name: f"{text}\n{honest(name)}" for name, text in WAYS.items()}
     files["deformation_gradient.py"] = "import taichi as ti\n" + UNROLLED
     spoiled = tuple(name for name, task in TASKS.items() if task.file in files)
-    record = attack(files, spoils=spoiled, deadline=5.0)
+    record = attack(files, spoils=spoiled, deadline=3.0)
     assert record["deformation_gradient"].status == "error"
     assert "was stopped" in record["deformation_gradient"].message

@@ -188,6 +188,7 @@ def demo(
     quality: Annotated[Quality, typer.Option(help="How carefully to draw.")] = Quality.good,
 ) -> None:
     """Drape a cloth over a sphere, film it, and check every task against the reference data; or film another."""
+    out.mkdir(parents=True, exist_ok=True)  # refused now, and not when the first picture is written
     if what is Demo.cape:
         from muslin.present import demo_cape
 
