@@ -16,6 +16,7 @@ from muslin import reading
 from muslin.base import paths
 from muslin.base.engine import inside
 from muslin.base.errors import MuslinError, NotImplementedYet, StudentCodeError
+from muslin.reading.borrowed import Borrowed
 from muslin.reading.page import sentence
 
 #: Pattern in "offending source line, newline, message" -> what to do. The first that matches is given.
@@ -180,13 +181,15 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
     MuslinError
         The one inside `error` if there is one (a wrong shape, a stub), else a `StudentCodeError`.
     """
+    name = getattr(function, "__name__", "function")
+    source = inspect.getsourcefile(inspect.unwrap(function)) or ""
     found: BaseException | None = error
     while found is not None:
+        if isinstance(found, Borrowed):
+            return found.placed(name, source, _calls(str(error), source))
         if isinstance(found, MuslinError):
             return found
         found = found.__cause__ or found.__context__
-    name = getattr(function, "__name__", "function")
-    source = inspect.getsourcefile(inspect.unwrap(function)) or ""
     text = re.sub(r" \(version \d+\)(?=\")", "", inside.said(str(error)).strip())
     source = re.sub(r" \(version \d+\)$", "", source)
     where, snippet = _last_place(text, source)
@@ -337,6 +340,12 @@ SHAPES: tuple[tuple[str, str], ...] = (
         "A matrix is ti.Matrix([[...], [...], [...]]), or a product of matrices.",
     ),
 )
+
+
+def _calls(text: str, source: str) -> list[tuple[str, int]]:
+    """Functions of the student's file that an error came through, innermost last, each with its line."""
+    places = re.findall(rf'File "{re.escape(source)}", line (\d+), in (\w+):\n', text)
+    return [(name, int(line)) for line, name in places]
 
 
 def _last_place(text: str, source: str) -> tuple[str, str]:

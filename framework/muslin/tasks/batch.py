@@ -17,7 +17,7 @@ from muslin.base import engine, handed, runtime
 from muslin.base.errors import MuslinError
 from muslin.reading.compile_errors import LIST, explained, misshapen
 from muslin.reading.source import remember
-from muslin.tasks import Task, form, kind_of, plain, usable
+from muslin.tasks import Task, alone, form, kind_of, plain, usable
 
 _counter = itertools.count()
 
@@ -75,7 +75,8 @@ def evaluate(function: Callable[..., Any], *, results: tuple[str, ...] | None = 
         return outputs[0] if len(outputs) == 1 else tuple(outputs)
     runtime.start()
     kernel = kept(function, (kinds, results), lambda: _make_kernel(function, title, kinds, results))
-    run(kernel, function, *inputs, *outputs)
+    with alone.in_kernels(function):
+        run(kernel, function, *inputs, *outputs)
     return outputs[0] if len(outputs) == 1 else tuple(outputs)
 
 

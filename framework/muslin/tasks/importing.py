@@ -223,29 +223,6 @@ def needs(made: ModuleType, name: str) -> set[str]:
     return found
 
 
-def borrowed(made: ModuleType, name: str, tasks: Collection[str]) -> tuple[str, str, int] | None:
-    """Where a task's function, or a helper of it, uses that of another task: who, which, and in which line.
-
-    Parameters
-    ----------
-    made : ModuleType
-        An imported file.
-    name : str
-        The task.
-    tasks : collection of str
-        All of them.
-    """
-    functions = {node.name: node for node in _tree(made).body if isinstance(node, ast.FunctionDef)}
-    todo = [name]
-    for this in todo:
-        for node in page.free(functions[this]) if this in functions else ():
-            if node.id in tasks and node.id != name and node.id in functions:
-                return this, node.id, node.lineno
-            if node.id not in todo:
-                todo.append(node.id)
-    return None
-
-
 def row(made: ModuleType, line: int) -> str:
     """A line of an imported file, without its indentation."""
     return linecache.getline(made.__file__ or "", line).strip()

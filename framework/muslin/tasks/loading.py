@@ -149,7 +149,7 @@ def _find(
         return _failing(task, module)
     try:
         function = _sound(task, module, where)
-        _require_alone(task, module, where, table)
+        function.others = _others(task, module, table)  # type: ignore[attr-defined]
         if task.builder:
             function.build = plain.builder(task, table, folder)  # type: ignore[attr-defined]
     except MuslinError as error:
@@ -213,21 +213,14 @@ def _sound(task: Task, module: ModuleType, where: str) -> Callable[..., Any]:
     return function
 
 
-def _require_alone(task: Task, module: ModuleType, where: str, table: Assignment) -> None:
-    """Refuse a function that uses that of another task: each is asked for alone, and handed all it needs.
-
-    Raises
-    ------
-    StudentCodeError
-        With the line.
-    """
-    if (found := importing.borrowed(module, task.name, table.tasks)) is not None:
-        by, other, line = found
-        through = "" if by == task.name else f", which {task.name} uses,"
-        raise StudentCodeError(
-            f"{where}, line {line}: {by}{through} calls {other}, the function of another task.",
-            "Each task is written alone: put in what its own arguments give, or a helper of your own.",
-        )
+def _others(task: Task, module: ModuleType, table: Assignment) -> dict[str, Callable[..., Any]]:
+    """What the file has of other tasks, which this one's function must not call; a helper of any name is none."""
+    found = {}
+    for name, other in table.tasks.items():
+        function = getattr(module, name, None) if other.file == task.file and name != task.name else None
+        if callable(function) and getattr(function, "__name__", "") == name:
+            found[name] = function
+    return found
 
 
 def _text(function: Callable[..., Any], name: str, place: str) -> ast.Module:

@@ -16,6 +16,7 @@ import numpy as np
 
 from muslin.base import paths
 from muslin.base.errors import MuslinError, StudentCodeError
+from muslin.tasks import alone
 from muslin.tasks.authored import AuthorError, guarded, imported, place
 from muslin.tasks.manifest import Assignment, Task, Value
 
@@ -77,7 +78,9 @@ def evaluate(function: Callable[..., Any], task: Task, arrays: Arrays, given: Gi
         own = {name: array[case] for name, array in spread.items()}
         here = arguments(function, task, own) if given is None else {**_own(task.seen, own), **given(case)}
         here = {value.name: here[value.name] for value in task.arguments}
-        for output, found in zip(outputs, call(function, task, here), strict=True):
+        with alone.in_python(function):
+            results = call(function, task, here)
+        for output, found in zip(outputs, results, strict=True):
             output[case] = found
     return outputs[0] if len(outputs) == 1 else outputs
 

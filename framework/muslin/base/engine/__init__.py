@@ -4,8 +4,8 @@ Taichi is taken where it is installed, else Quadrants; `MUSLIN_ENGINE` chooses w
 says ``from muslin.base.engine import ti`` and does not know which it is; students' files say ``import taichi as ti``
 and run on either.
 
-`choice` knows the two, and imports the one; `imports` lets a student's file find it; `inside`, and `binding` with it,
-are the only places that reach into what is not public.
+`choice` knows the two, and imports the one; `imports` lets a student's file find it; `inside`, and `binding` and
+`entering` with it, are the only places that reach into what is not public.
 """
 
 from typing import TYPE_CHECKING, Any

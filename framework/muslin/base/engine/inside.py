@@ -76,6 +76,10 @@ PARTS: dict[str, dict[str, tuple[str, ...]]] = {
             "lang.expr:Expr",
         ),
     },
+    "seeing what a kernel enters": {
+        "taichi": ("lang.kernel_impl:Func.__call__",),
+        "quadrants": ("lang.func:Func.__call__",),
+    },
     "nesting loops": _in_both(
         "lang.ast.ast_transformer:ASTTransformer.build_ndrange_for",
         "lang.ast.ast_transformer:ASTTransformer.build_range_for",
