@@ -12,7 +12,7 @@ import muslin
 from muslin import cli, tasks
 from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.classes import run
+from muslin.classes import meant, run
 from muslin.grading import choosing, submission
 from muslin.grading.submission import Unreadable, collect, gradable
 
@@ -161,11 +161,54 @@ def test_an_assignment_nobody_has_is_graded_as_no_other(tmp_path, name, monkeypa
         assert "there is none of that name here" in " ".join(capfd.readouterr().err.split())
 
 
-@pytest.mark.parametrize(("name", "meant"), [("solids", "solids"), ("cloth", "cloth"), (None, "cloth")])
+@pytest.mark.parametrize(("name", "meant"), [("solids", "solids"), ("cloth", "cloth"), (None, "solids")])
 def test_a_submission_says_which_assignment_it_answers_or_its_files_do(tmp_path, name, meant):
     work = answering(tmp_path / "work", name)
     assert submission.named_by([submission.Source(work)], "work") == name
     assert submission.answered(work) == meant
+
+
+#: Files whose names are in both assignments.
+SHARED = ("shape_functions.py", "deformation_gradient.py", "kinetic_energy.py")
+
+
+@pytest.mark.parametrize("meant", ["cloth", "solids"])
+@pytest.mark.parametrize("files", [SHARED, SHARED[:1], SHARED[2:]])
+def test_where_names_do_not_tell_what_the_functions_take_does(tmp_path, meant, files):
+    work = tmp_path / "work"
+    work.mkdir()
+    for file in files:
+        shutil.copy(paths.solution(meant) / file, work)
+    assert submission.answered(work) == meant
+    text = (work / files[0]).read_text(encoding="utf-8")
+    (work / files[0]).write_text(
+        text.replace("return ", "return ((", 1), encoding="utf-8"
+    )  # Python cannot read it
+    assert submission.answered(work) == meant
+
+
+def test_where_nothing_tells_it_is_asked(tmp_path):
+    work = tmp_path / "work"
+    work.mkdir()
+    (work / "kinetic_energy.py").write_text("def kinetic_energy(): ...\n", encoding="utf-8")
+    with pytest.raises(MuslinError, match=r"work may answer cloth or solids: .* --assignment cloth"):
+        muslin.grade(work)
+
+
+def test_a_class_graded_as_another_assignment_is_told_so(tmp_path):
+    """Three right submissions of solids, graded as cloth, were zeros without a word."""
+    for student in ("ada", "bob", "cyd"):
+        (tmp_path / "class" / student).mkdir(parents=True)
+        for file in SHARED[1:]:
+            shutil.copy(paths.solution("solids") / file, tmp_path / "class" / student)
+    assert run._named(tmp_path / "class") == "solids"
+    graded = run.grade_class(tmp_path / "class", tmp_path / "report", "cloth")
+    (note,) = graded.notes
+    assert note.startswith("ada, bob and cyd: by what the functions take, solids is answered")
+    assert "graded as cloth" in note
+    table = tasks.assignment("solids")
+    handed = submission.collect(tmp_path / "class" / "ada", table)
+    assert meant.told({"ada": handed}, table) == []
 
 
 def test_in_a_class_what_answers_another_assignment_has_no_score_but_a_reason(tmp_path):
@@ -179,8 +222,12 @@ def test_in_a_class_what_answers_another_assignment_has_no_score_but_a_reason(tm
         answering(tmp_path / "class" / student, name)
     graded = run.grade_class(tmp_path / "class", tmp_path / "report")
     told = {row.submission.name: row for row in graded.rows}
-    assert {name for name, row in told.items() if row.record is None} == {"bob", "cyd"}
-    assert "'soldis'" in told["bob"].error
-    assert "Did you mean solids?" in told["bob"].error
+    assert {name for name, row in told.items() if row.record is None} == {"cyd"}
+    (note,) = told[
+        "bob"
+    ].record.submission.notes  # a slip in a file that he need not hand in costs him nothing
+    assert "'soldis'" in note
+    assert "Did you mean solids?" in note
+    assert "It was graded as solids." in note
     assert "says that it answers cloth, and this class is graded as solids" in told["cyd"].error
     assert {row.record.assignment["name"] for row in told.values() if row.record} == {"solids"}

@@ -14,7 +14,7 @@ from pathlib import Path
 from muslin import tasks
 from muslin.base import paths, runtime
 from muslin.base.errors import MuslinError
-from muslin.classes import again, engines, finding, gradebook, overrides, page, reports, similarity
+from muslin.classes import again, engines, finding, gradebook, meant, overrides, page, reports, similarity
 from muslin.classes.gradebook import Row
 from muslin.classes.ledger import Ledger, write
 from muslin.classes.returning import Desk, Returned, Wanted
@@ -22,7 +22,7 @@ from muslin.classes.whose import assigned
 from muslin.classes.work import Job, Result, Terms, edition
 from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
-from muslin.grading.submission import Handed, answered, gather, named_by
+from muslin.grading.submission import Handed, answered, gather
 from muslin.grading.views.text import one_line, points
 from muslin.tasks.guessing import USUAL
 
@@ -171,6 +171,7 @@ def grade_class(
     ledger = Ledger(Path(out))
     with ledger.locked():
         collected = _collected(found, table, asked_for)
+        notes += meant.told({s.name: collected[s.key] for s in found}, table)
         collected = {s.key: assigned(collected[s.key], s, desk.people(s), table) for s in found}
         results, waiting = _known(collected, terms, ledger)
         earlier = _earlier({key: collected[key] for key in waiting if only}, terms, ledger)
@@ -313,25 +314,10 @@ def _collected(
         handed = gather(submission.sources, submission.name, table)
         if not submission.sources:
             return replace(handed, unreadable=NOT_THERE)
-        reason = "" if asked_for or handed.unreadable else _of_another(submission, table)
-        return replace(handed, unreadable=reason) if reason else handed
+        return handed if asked_for or handed.unreadable else meant.believed(handed, submission, table)
 
     with ThreadPoolExecutor(runtime.usable_cores()) as pool:
         return dict(zip([s.key for s in found], pool.map(read, found), strict=True))
-
-
-def _of_another(submission: finding.Submission, table: tasks.Assignment) -> str:
-    """Why a submission is none of this assignment, by its own manifest; empty if it does not say so."""
-    try:
-        name = named_by(submission.sources, submission.name)
-    except MuslinError as error:
-        return one_line(str(error))
-    if name is None or paths.bare(name) == table.name:
-        return ""
-    return (
-        f"Its {tasks.MANIFEST} says that it answers {name}, and this class is graded as {table.name}. "
-        f"Grade it with: muslin grade --assignment {name}"
-    )
 
 
 def _row(

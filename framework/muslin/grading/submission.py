@@ -96,7 +96,9 @@ def collect(path: Path | str, table: Assignment) -> Handed:
 
 
 def answered(path: Path | str) -> str | None:
-    """Which assignment a submission answers: as its own `assignment.toml` says, or else by the names of its files.
+    """Which assignment a submission answers: as its own `assignment.toml` says, or else by its files.
+
+    What their names leave open, the arguments of the functions in them may tell.
 
     Parameters
     ----------
@@ -111,13 +113,27 @@ def answered(path: Path | str) -> str | None:
     Raises
     ------
     MuslinError
-        If its `assignment.toml` names one that there is not.
+        If its `assignment.toml` names one that there is not, or nothing tells which of several it is.
     """
     whole = Path(path).resolve()
     if whole.is_dir() and paths.source(whole.name).resolve() == whole:
         return whole.name  # a solution: what judges it lies below, with manifests of its own
     files = _asked([Source(whole)], (MANIFEST, *_all_files())).get("files", {})
-    return _said(files, paths.shown(path)) or fitting(files)
+    if said := _said(files, paths.shown(path)):
+        return said
+    found = fitting(texts({file: base64.b64decode(data) for file, data in files.items()}))
+    if len(found) > 1:
+        raise MuslinError(
+            f"{paths.shown(path)} may answer {' or '.join(found)}: its files are named as in "
+            f"{'both' if len(found) == 2 else 'all of them'}, and its functions do not tell.",
+            f"Say which: --assignment {found[0]}",
+        )
+    return found[0] if found else None
+
+
+def texts(files: Mapping[str, bytes]) -> dict[str, str]:
+    """Task files as text, whatever is in them."""
+    return {file: data.decode("utf-8", errors="replace") for file, data in files.items()}
 
 
 def named_by(sources: Sequence[Source], name: str) -> str | None:

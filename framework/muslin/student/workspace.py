@@ -218,7 +218,18 @@ def _named(folder: Path, elsewhere: bool) -> str:
     if said := named_in(text, paths.shown(folder)):
         return said
     here = _around(Path.cwd()) if elsewhere else None
-    return here or fitting([path.name for path in folder.iterdir()]) or USUAL
+    if here:
+        return here
+    found = fitting({path.name: _text(path) for path in folder.iterdir()})
+    return USUAL if USUAL in found or not found else found[0]
+
+
+def _text(path: Path) -> str:
+    """A file as text; nothing where that cannot be read, or is no file of Python."""
+    try:
+        return path.read_text(encoding="utf-8", errors="replace") if path.suffix == ".py" else ""
+    except OSError:
+        return ""
 
 
 def _around(place: Path) -> str | None:

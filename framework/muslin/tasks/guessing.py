@@ -1,9 +1,10 @@
-"""Which assignment files answer, where nothing says so: by their names."""
+"""Which assignment files answer, where nothing says so: by their names, and by what their functions take."""
 
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Collection
+import re
+from collections.abc import Mapping
 
 from muslin.base import paths
 from muslin.base.errors import MuslinError
@@ -11,6 +12,8 @@ from muslin.tasks.manifest import Assignment, assignment
 
 #: What is assumed where names tell nothing.
 USUAL = "cloth"
+
+_DEF = re.compile(r"^def[ \t]+(\w+)[ \t]*\(([^()]*)\)", re.MULTILINE)
 
 
 def known() -> dict[str, Assignment]:
@@ -22,12 +25,40 @@ def known() -> dict[str, Assignment]:
     return found
 
 
-def fitting(files: Collection[str]) -> str | None:
-    """The assignment most of whose task files are among these; None where there is none of any.
+def fitting(files: Mapping[str, str]) -> list[str]:
+    """The assignments that files may answer: most task files are there, and of those most functions take what is asked.
 
-    Of two with as many it is `USUAL`, or the one with the fewest missing.
+    Parameters
+    ----------
+    files : dict of str
+        Name of a file -> its text, which is read, not run.
+
+    Returns
+    -------
+    list of str
+        None where there is no task file of any; several where nothing tells them apart.
     """
     tables = known()
     there = {name: len({*table.files} & {*files}) for name, table in tables.items()}
-    found = max(there, key=lambda name: (there[name], name == USUAL, -len(tables[name].files)), default=None)
-    return found if found is not None and there[found] else None
+    most = max(there.values(), default=0)
+    named = [name for name in tables if most and there[name] == most]
+    fit = {name: fits(files, tables[name]) for name in named}
+    return [name for name in named if fit[name] == max(fit.values())]
+
+
+def fits(files: Mapping[str, str], table: Assignment) -> int:
+    """How many functions in files take the arguments that their tasks say."""
+    said = {file: signatures(text) for file, text in files.items()}
+    return sum(
+        said.get(task.file, {}).get(task.name) == [argument.name for argument in task.arguments]
+        for task in table.tasks.values()
+    )
+
+
+def signatures(text: str) -> dict[str, list[str]]:
+    """Functions that begin in the first column of a file, and what they take; also of one that Python cannot read."""
+    found = {}
+    for name, arguments in _DEF.findall(text):
+        plain = re.sub(r"#[^\n]*", "", arguments)
+        found[name] = [re.split(r"[:=]", part)[0].strip() for part in plain.split(",") if part.strip()]
+    return found
