@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import ast
-import pickle
+import copy
+import itertools
 import re
 from collections.abc import Iterator, Mapping
 from typing import Any
@@ -87,18 +88,47 @@ def spread_left(n: Any) -> ast.AST:
     return ast.BinOp(n.left.left, n.left.op, ast.BinOp(n.left.right, n.op, n.right))
 
 
-class _Applied(ast.NodeTransformer):
-    def __init__(self, changes: Mapping[int, Change]):
-        self.changes = changes
+def number(function: ast.FunctionDef) -> None:
+    """Give every expression and statement a `number`, and as `last` one above all those inside it."""
+    count = itertools.count()
 
-    def visit(self, node: ast.AST) -> Any:
-        node = self.generic_visit(node)
-        change = self.changes.get(getattr(node, "number", -1))
-        return change(node) if change is not None else node
+    def visit(node: Any) -> None:
+        numbered = isinstance(node, (ast.expr, ast.stmt))  # Python shares the other nodes between trees
+        if numbered:
+            node.number = next(count)
+        for child in ast.iter_child_nodes(node):
+            visit(child)
+        if numbered:
+            node.last = next(count)
+
+    visit(function)
 
 
 def applied(function: ast.FunctionDef, changes: Mapping[int, Change]) -> ast.FunctionDef:
-    """A function with an edit made; inner changes come first."""
-    copied = pickle.loads(pickle.dumps(function))  # several times as fast as deepcopy
-    made: ast.FunctionDef = _Applied(changes).visit(copied)
+    """A function with an edit made, inner changes first; what is not on the way to a change is shared, not copied."""
+    made: ast.FunctionDef = _made(function, changes)
     return made
+
+
+def _made(node: Any, changes: Mapping[int, Change]) -> Any:
+    own = getattr(node, "number", None)
+    if own is not None and not any(own <= k <= node.last for k in changes):
+        return node
+    replaced: dict[str, Any] = {}
+    for field, value in ast.iter_fields(node):
+        if isinstance(value, ast.AST):
+            new: Any = _made(value, changes)
+            same = new is value
+        elif isinstance(value, list):
+            new = [_made(entry, changes) if isinstance(entry, ast.AST) else entry for entry in value]
+            same = all(one is other for one, other in zip(new, value, strict=True))
+        else:
+            continue
+        if not same:
+            replaced[field] = new
+    if replaced:
+        node = copy.copy(node)
+        for field, new in replaced.items():
+            setattr(node, field, new)
+    change = changes.get(own) if own is not None else None
+    return change(node) if change is not None else node

@@ -9,7 +9,7 @@ from muslin import tasks
 from muslin.authoring import substitutes
 from muslin.authoring.edits import statements
 from muslin.authoring.edits.gathered import branches, swaps, together
-from muslin.authoring.edits.pieces import shape_of, terms
+from muslin.authoring.edits.pieces import number, shape_of, terms
 from muslin.authoring.edits.words import Change, Edit
 
 
@@ -18,9 +18,7 @@ class Reader:
 
     def __init__(self, function: ast.FunctionDef, source: list[str], task: tasks.Task):
         self.function, self.source = function, source
-        for number, node in enumerate(ast.walk(function)):
-            if isinstance(node, (ast.expr, ast.stmt)):  # Python shares the other nodes between trees
-                node.number = number  # type: ignore[union-attr]
+        number(function)
         self.kinds = {value.name: value.kind for value in task.arguments}
         self.arguments = list(self.kinds)
         self.loops = {ast.unparse(node.target) for node in ast.walk(function) if isinstance(node, ast.For)}
