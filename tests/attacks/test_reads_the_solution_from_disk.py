@@ -10,6 +10,7 @@ from attacking import SOLUTION, TARGET, honest, needs
 
 import muslin
 from muslin.base import paths
+from muslin.grading import hiding
 
 HOSTILE = """
 import glob, os, sys
@@ -58,3 +59,34 @@ def test_the_solution_is_out_of_sight(attack, level, tmp_path):
         assert any("Not secret" in note for note in record.safety.notes)
     needs(record, "solution and hidden data out of sight")
     assert "SEEN []" in record["sphere_contact"].output
+
+
+COPIES = """
+import os, sys
+seen = []
+for place in sys.path:
+    for folder, _, files in os.walk(os.path.join(place, "muslin", "_shipped")):
+        for file in files:
+            try:
+                if open(os.path.join(folder, file), "rb").read(1):
+                    seen.append(file)
+            except OSError:
+                pass
+print("SEEN", seen)
+"""
+
+
+def test_nor_is_a_copy_of_it_read_where_libraries_lie(attack, level):
+    """An editable installation leaves all that a wheel ships in site-packages, beside the package that runs."""
+    record = attack({TARGET: COPIES + honest()}, level=level)
+    needs(record, "solution and hidden data out of sight")
+    assert "SEEN []" in record["sphere_contact"].output
+
+
+def test_every_copy_on_the_path_is_hidden_but_not_the_package_that_runs(tmp_path, monkeypatch):
+    (tmp_path / "muslin" / "_shipped").mkdir(parents=True)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    monkeypatch.syspath_prepend(str(paths.PACKAGE.parent))
+    hidden = hiding.answers(paths.PACKAGE)
+    assert (tmp_path / "muslin").resolve() in hidden
+    assert paths.PACKAGE not in hidden

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import site
 import sys
 from collections.abc import Iterator, Sequence
 from pathlib import Path
@@ -38,4 +39,14 @@ def hideable(secret: Path, view: Sequence[Path]) -> Iterator[Path]:
 
 def answers(package: Path) -> list[Path]:
     """Where answers can be read off or computed: what assignments say of themselves, and the code that makes data."""
-    return [*paths.secrets(), package / "authoring", package / "judging"]
+    return [*paths.secrets(), package / "authoring", package / "judging", *_copies(package)]
+
+
+def _copies(package: Path) -> list[Path]:
+    """What lies of Muslin where Python looks for libraries, beside the package that runs.
+
+    Of an editable installation that is a copy of all that a wheel ships: the public data, what is known of tasks.
+    """
+    places = {*libraries(), *sys.path, *site.getsitepackages([sys.prefix, sys.base_prefix])}
+    found = {(Path(place) / package.name).resolve() for place in places if place}
+    return sorted(path for path in found if path.is_dir() and path != package.resolve())
