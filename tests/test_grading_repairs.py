@@ -759,6 +759,57 @@ def test_a_line_in_the_wrong_place_and_an_entry_for_the_whole_are_told(assignmen
             "is missing in",
             "max(s[0] + s[1], 1e-06)",
         ),
+        (  # a term made of several names
+            "psi",
+            "e, f = s[0] - 1, s[1] - 1\na = mu * (e * e + f * f)\nreturn a",
+            2,
+            "a term is missing in",
+            "mu * (e * e + f * f) + 1 / 2 * lam * (e + f) ** 2",
+        ),
+        (
+            "dpsi_ds",
+            "e = ti.Vector([s[0] - 1, s[1] - 1, 0.0])\none = ti.Vector([1.0, 1.0, 0.0])\nreturn 2 * mu * e",
+            3,
+            "a term is missing",
+            "",
+        ),
+        (  # a variable that is worked out and never used
+            "d2psi_dFij",
+            "A = dU @ diag(dpsi_ds) @ V.transpose()\nB = U @ diag(d2psi_ds2 @ ds) @ V.transpose()\n"
+            "C = U @ diag(dpsi_ds) @ dV.transpose()\nreturn A + B",
+            4,
+            "used nowhere",
+            "A + B + C",
+        ),
+        (  # a value that is overwritten before it is read
+            "dpsi_ds",
+            "g = 2 * mu * ti.Vector([s[0] - 1, s[1] - 1, 0.0])\n"
+            "g = lam * (s[0] + s[1] - 2) * ti.Vector([1.0, 1.0, 0.0])\nreturn g",
+            2,
+            "overwritten",
+            "",
+        ),
+        (  # a number where a vector belongs
+            "interpolate",
+            "return x0 + phi[1] * (x1 - x0) + phi[2]",
+            1,
+            "a number where a vector belongs",
+            "phi[2] * (x2 - x0)",
+        ),
+        (
+            "dpsi_dF",
+            "P = ti.Matrix.zero(float, 3, 3)\nfor k in ti.static(range(3)):\n    P += dpsi_ds[k]\nreturn P",
+            3,
+            "a number where a matrix belongs",
+            "",
+        ),
+        (
+            "dpsi_dF",
+            "A = U @ V.transpose()\nreturn A",
+            1,
+            "a factor is missing in `U @ V.transpose()`: `diag(dpsi_ds)`",
+            "U @ diag(dpsi_ds) @ V.transpose()",
+        ),
     ],
 )
 def test_a_mistake_is_told_in_words_and_by_what_belongs_there(task, body, line, words, right):

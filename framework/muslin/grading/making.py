@@ -53,12 +53,18 @@ class Made:
     words: str
     value: np.ndarray
 
+    @property
+    def size(self) -> int:
+        """How much it is made of."""
+        return 1 + len(re.findall(r"[-+*/@,(\[]", self.text))
+
 
 #: Methods by what they are called, of a vector, of two vectors, of a matrix.
 OF_VECTOR = {
     "norm": "the length of {0}",
     "norm_sqr": "the squared length of {0}",
     "normalized": "{0}, made of length one",
+    "sum": "the sum of the entries of {0}",
 }
 OF_VECTORS = {
     "dot": "the dot product of {0} and {1}",
@@ -314,19 +320,16 @@ def _names(*texts: str) -> str:
 
 def made(search: Search) -> Iterator[Repair]:
     """What belongs in a place, made of the symbols known there with an operation or two."""
-    scope, kits = search.changes.scope, dict[tuple[str, ...], Kit]()
+    scope = search.changes.scope
     nodes = [n for n in ast.walk(search.meaning.node) if isinstance(n, ast.expr) and scope.counts(n)]
     places = [
         n for n in nodes if id(n) in search.meaning.here and isinstance(search.slope(n), (Slope, Target))
     ]
     for node in sorted(places, key=lambda n: len(text_of(n)))[:PLACES]:
-        form, symbols = scope.form(node), _symbols(search, node)
+        form = scope.form(node)
         if form is None or isinstance(node, ast.Constant):
             continue
-        known = tuple(symbols)
-        if known not in kits:
-            kits[known] = Kit(symbols)
-        fitting = kits[known].fitting(form, partial(search.fits, node))
+        fitting = known(search, node).fitting(form, partial(search.fits, node))
         for text, words in itertools.islice(fitting, MOST_MADE):
             new = ast.parse(text, mode="eval").body
             plain = ast.unparse(new)
@@ -338,6 +341,15 @@ def made(search: Search) -> Iterator[Repair]:
                     yield change
             except IMPOSSIBLE:
                 continue
+
+
+def known(search: Search, node: ast.AST) -> Kit:
+    """What is made of the symbols that have a name where a node stands, worked out once."""
+    symbols = _symbols(search, node)
+    key = tuple((name, value.tobytes()) for name, value in symbols.items())
+    if key not in search.kits:
+        search.kits[key] = Kit(symbols)
+    return search.kits[key]
 
 
 def _symbols(search: Search, node: ast.AST) -> dict[str, np.ndarray]:

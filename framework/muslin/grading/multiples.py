@@ -13,7 +13,7 @@ import numpy as np
 from muslin.grading.needs import Slope, Spread
 from muslin.reading.repairs import Repair
 from muslin.reading.repairs.missing import takes_a_factor
-from muslin.reading.repairs.pieces import code, name, number, text_of, times
+from muslin.reading.repairs.pieces import code, factors, name, number, product, text_of, times
 
 if TYPE_CHECKING:
     from muslin.grading.repairing import Search
@@ -26,9 +26,13 @@ def multiples(search: Search) -> Iterator[Repair]:
     """Factors that are missing, read off from what an expression would have to be."""
     scope = search.changes.scope
     for node in search.changes.valued():
-        if not takes_a_factor(scope, node) or (factors := _factors(search, node)) is None:
+        if not takes_a_factor(scope, node) or (lacking := _factors(search, node)) is None:
             continue
-        for text, part in _made(search, node, factors):
+        for text, part in _made(search, node, lacking):
+            if isinstance(node, ast.Name) and (rest := _without(part, node.id)) is not None:
+                words = f"{code(node)} stands in place of {code(rest)}"
+                yield Repair("another", f"{node.id}->{code(rest)}", node.lineno, words, {id(node): rest})
+                continue
             words = f"a factor of {text} is missing at {code(node)}"
             if isinstance(part, ast.Name):
                 words = f"a factor is missing at {code(node)}: {scope.said(part.id)}"
@@ -36,6 +40,13 @@ def multiples(search: Search) -> Iterator[Repair]:
                 words = f"a division is missing at {code(node)}: by {scope.said(text_of(part).split()[0])}"
             new = times(part, scope.alias(node))
             yield Repair("lacks factor", f"{text}*{code(node)}", node.lineno, words, {id(node): new})
+
+
+def _without(part: ast.expr, key: str) -> ast.expr | None:
+    """What is left of a product beside the inverse of a name; None if that is no factor of it."""
+    every = factors(part, ast.Mult)
+    rest = [one for one in every if text_of(one) != f"{key} ** (-1)"]
+    return product(rest, ast.Mult) if rest and len(rest) < len(every) else None
 
 
 def _factors(search: Search, node: ast.expr) -> np.ndarray | None:

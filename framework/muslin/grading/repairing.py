@@ -18,7 +18,8 @@ from typing import Any
 import numpy as np
 
 from muslin.base.errors import MuslinError
-from muslin.grading.making import made
+from muslin.grading.composing import composed
+from muslin.grading.making import Kit, made
 from muslin.grading.multiples import multiples
 from muslin.grading.needs import IMPOSSIBLE, Needs, Spread, Target
 from muslin.grading.numbers import numbers
@@ -159,6 +160,7 @@ class Search(Needs):
         self._stack: Stack | None = None
         self.all: Search | None = None  # the same on all cases, where this one looks at some
         self._looked = 0
+        self.kits: dict[Any, Kit] = {}
 
     def node(self, key: int) -> ast.AST | None:
         """A node of the function, by its id."""
@@ -177,7 +179,8 @@ class Search(Needs):
         plain = self.changes.plain()
         small = itertools.chain(self.changes.unused(), plain, numbers(self), multiples(self))
         larger, double = self.changes.larger(self.hope), pairs(self, plain)
-        for changes, share in ((small, SMALL), (larger, LARGER), (double, 1.0)):
+        ways = ((small, SMALL), (larger, LARGER), (composed(self), 1.0), (double, 1.0))
+        for changes, share in ways:
             found: list[Repair] = []
             since = 0
             for change, may_be in self._screened(itertools.islice(changes, LOOKED)):

@@ -43,7 +43,10 @@ def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
     alike = [change for change, score in zip(found, scores, strict=True) if score == best]
     alike.sort(key=_taken_for_another)
     same = [change for change in alike if change.kind == alike[0].kind]
-    first = min(same, key=lambda change: (_taken_for_another(change), change.line))
+    if alike[0].kind == "lacks factor":  # that is no slip of a name alone
+        first = min(same, key=lambda change: (_of_a_name(search, change), -change.line))
+    else:
+        first = min(same, key=lambda change: (_taken_for_another(change), change.line))
     if scores[0] >= CLOSE * best and KINDS.index(found[0].kind) <= KINDS.index(first.kind):
         alike = [found[0], *alike]
     other = next((change for change in alike if _as_plain(change, first)), None)
@@ -54,6 +57,10 @@ def _taken_for_another(change: Repair) -> bool:
     """Whether a change is made when another one is meant: a length of one takes a factor away, -= a minus elsewhere."""
     less = change.detail == "augmented" and "in place of -=" in change.words
     return less or change.detail == "normalized"
+
+
+def _of_a_name(search: Search, change: Repair) -> bool:
+    return isinstance(search.node(next(iter(change.changes))), ast.Name)
 
 
 def _seen(search: Search, change: Repair) -> Mapping[int, Any]:

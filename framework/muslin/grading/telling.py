@@ -35,7 +35,7 @@ def told(search: Search, change: Repair) -> Repair:
     words = change.words
     if change.kind not in SAID:
         small, large = _as_it_should_be(search, change)
-        if small and f"`{small}`" not in words and not words.endswith("belongs there"):
+        if small and f"`{small}`" not in words and not words.endswith("` belongs there"):
             words += f", where `{small}` belongs"
         if large and large != small and f"`{large}`" not in words:
             words += f": `{large}`"

@@ -188,6 +188,23 @@ class Meaning:
         """How many values a node has that stands in a loop which is worked out at once."""
         return self._wide_here[id(node)][1] if id(node) in self._wide_here else 0
 
+    def numbers_in_loop(self, node: ast.AST, parts: Mapping[str, tuple[ast.expr, Any]]) -> dict[str, Any]:
+        """Numbers known where a node stands in a loop that is worked out at once: variables, and parts of the text."""
+        if id(node) not in self._wide_here:
+            return {}
+        env, count = self._wide_here[id(node)]
+        found = {name: value for name, value in env.items() if np.ndim(value) == 1 and len(value) == count}
+        for text, (part, shape) in parts.items():
+            value = self.wide_values.get(id(part), 0)
+            if shape == () and np.ndim(value) == 1 and len(value) == count and self.names(part) <= env.keys():
+                found[text] = value
+        return {name: np.asarray(value, dtype=np.float64) for name, value in found.items()}
+
+    def counts_in_loop(self, node: ast.AST, counting: Sequence[str]) -> dict[str, np.ndarray]:
+        """The indices of such loops, by name, pass by pass."""
+        env, count = self._wide_here.get(id(node), ({}, 0))
+        return {name: np.broadcast_to(env[name], (count,)) for name in counting if name in env}
+
     def _instead(self, node: ast.AST, new: ast.AST, env: dict[str, Any]) -> Any:
         """What replaces a node; only what has stood in it is known here, for variables change from line to line."""
         before, self._inner = self._inner, self._inside(node)

@@ -58,6 +58,11 @@ def counterparts(scope: Scope, node: ast.expr) -> Iterator[ast.expr]:
             yield renumbered(node, {a: b, b: a}, scope.variables)
 
     def all_of_them() -> Iterator[ast.expr]:
+        for key in scope.idle:  # what is used nowhere may be what is missing
+            for old in sorted(_names(node) & set(scope.named(scope.variables[key]))):
+                other = replaced(node, lambda n, a=old, b=key: name(b) if _is(n, a) else None)  # type: ignore[misc]
+                yield other
+                yield from scope.variants(other)
         one = list(made())
         yield from one
         yield from scope.variants(node)
@@ -71,6 +76,14 @@ def counterparts(scope: Scope, node: ast.expr) -> Iterator[ast.expr]:
             yield other
         if len(seen) >= MOST:
             return
+
+
+def _names(node: ast.AST) -> set[str]:
+    return {n.id for n in ast.walk(node) if isinstance(n, ast.Name)}
+
+
+def _is(node: ast.AST, key: str) -> bool:
+    return isinstance(node, ast.Name) and node.id == key
 
 
 def renumbered(node: ast.expr, turn: Mapping[str, str], variables: Mapping[str, Any]) -> ast.expr:

@@ -8,7 +8,8 @@ import re
 from collections.abc import Callable, Iterator, Mapping
 
 from muslin.reading.meaning import Meaning
-from muslin.reading.repairs import alike, expressions, missing, order, statements
+from muslin.reading.repairs import alike, expressions, missing, statements
+from muslin.reading.repairs import order as lines
 from muslin.reading.repairs.pieces import BORN, KINDS, Repair, code, name, terms, text_of
 from muslin.reading.repairs.scope import Scope
 
@@ -30,6 +31,10 @@ LESS_PLAIN = KINDS.index("loop")
 FEW = re.compile("<->|^(and|or|no) |^(and|or)->")
 
 
+#: A name in place of a zero.
+ZERO = re.compile(r"0(\.0)?->")
+
+
 def _rank(repair: Repair) -> tuple[float, int, int]:
     """How plain a change is: one in one place before one in several, a number for a number before a name for it."""
     kind = -1.0 if repair.detail == BORN else float(KINDS.index(repair.kind))
@@ -41,10 +46,14 @@ def _rank(repair: Repair) -> tuple[float, int, int]:
         kind += 0.5  # two indices of loops, exchanged in one place
     elif len(repair.changes) > 1 and repair.kind != "condition":
         kind += LESS_PLAIN
+    elif repair.detail.startswith("once, never read"):
+        kind = -0.5
     elif repair.detail.startswith("once, "):
         kind = KINDS.index("lacks term")  # what a line is for that is no sum is told sooner
     elif repair.kind == "loop" and repair.detail not in ("=->-=", BORN):  # there are few of them
         kind = KINDS.index("operation") + 0.5
+    elif repair.kind == "name" and ZERO.match(repair.detail):
+        kind = KINDS.index("another") + 0.5  # what else gets a value is looked at sooner
     elif repair.kind == "name" and not repair.detail[:1].isalpha():
         kind = KINDS.index("number") + 0.5
     return kind, SOONER.get(repair.detail, 0), len(repair.changes)
@@ -81,17 +90,21 @@ class Changes:
         scope = self.scope
         nodes = self.valued()
         hopes = {id(node): hope(node) for node in nodes}
-        ways = (
-            missing.entries,
-            missing.units,
-            missing.factors,
-            alike.changes,
-            missing.addends,
-            missing.others,
-            missing.counterparts,
+        first, ways = (
+            (missing.entries, missing.units),
+            (
+                missing.inserted,
+                missing.factors,
+                alike.changes,
+                missing.addends,
+                missing.others,
+                missing.counterparts,
+            ),
         )
         small = sorted(nodes, key=lambda node: len(text_of(node)))
-        for level, made in itertools.product(sorted(set(hopes.values()) - {0}, reverse=True), ways):
+        levels = sorted(set(hopes.values()) - {0}, reverse=True)
+        order = [(level, made) for made in first for level in levels]
+        for level, made in [*order, *itertools.product(levels, ways)]:
             for node in small if made is missing.units else nodes:
                 if hopes[id(node)] == level:
                     for kind, detail, words, new in made(scope, node, scope.form(node) or ()):
@@ -99,13 +112,17 @@ class Changes:
         for statement in ast.walk(scope.meaning.node):
             if isinstance(statement, ast.Assign):
                 yield from statements.counterparts(scope, statement)
-        yield from order.changes(scope)
+        yield from lines.changes(scope)
 
     def unused(self) -> Iterator[Repair]:
-        """Factors that are missing, of those that stand nowhere: they are few, and likely."""
+        """What is likely and of which there is little: what stands nowhere, what a number beside vectors needs."""
+        for statement in (s for f in self.scope.functions for s in ast.walk(f) if isinstance(s, ast.stmt)):
+            for kind, detail, words, new in missing.into_a_vector(self.scope, statement):
+                yield Repair(kind, detail, statement.lineno, words, {id(statement): new})
         for node in self.valued():
-            for kind, detail, words, new in missing.unused(self.scope, node):
-                yield Repair(kind, detail, node.lineno, words, {id(node): new})
+            for made in (missing.broadcast, missing.unused):
+                for kind, detail, words, new in made(self.scope, node):
+                    yield Repair(kind, detail, node.lineno, words, {id(node): new})
 
     def valued(self) -> list[ast.expr]:
         """Expressions that come to something else than yes or no."""

@@ -124,6 +124,11 @@ def _names(scope: Scope, node: ast.Name, form: Form | None) -> Found:
                 if given is not None and text_of(given) == f"{two}.transpose()":
                     words += f": a transpose is {lacks}"
             yield "index" if counts else "name", f"{node.id}->{other}", words, name(other)
+    outer = scope.parent(node)
+    if node.id in scope.loops and isinstance(outer, ast.BinOp) and scope.in_brackets(outer):
+        for k in (3,):
+            words = f"the index {node.id} should be multiplied by {k}{here}: a factor of {k} is missing"
+            yield "index", f"{k}*{node.id}", words, ast.BinOp(ast.Constant(k), ast.Mult(), scope.alias(node))
     if node.id in scope.loops:
         for k in range(scope.length(node)):
             words = f"the index {node.id} stands in place of {k}{here}"

@@ -6,6 +6,7 @@ import ast
 import itertools
 from collections.abc import Iterable, Iterator
 from fractions import Fraction
+from typing import Any
 
 import numpy as np
 
@@ -14,16 +15,19 @@ from muslin.reading.repairs.pieces import (
     Form,
     Found,
     code,
+    function,
     function_of,
     identity,
     like,
     method,
     name,
     names_in,
+    product,
     terms,
     text_of,
     times,
 )
+from muslin.reading.repairs.pieces import factors as chain
 from muslin.reading.repairs.scope import Scope
 
 #: Numbers that may be missing as a factor.
@@ -32,6 +36,9 @@ FACTORS = (2, 3, 4, 6, 0.5, 0.25, 1 / 3, 1 / 6, 1 / 12)
 #: Nodes of a part that may be missing as a factor; longest text of a term that is shown [characters]; longest row of a
 #: matrix whose entries may be missing.
 SMALL, SHOWN, LONGEST = 8, 40, 4
+
+#: Most vectors or matrices that are tried as what a number is a multiple of; most columns of which they are made.
+MANY, FEW_COLUMNS = 120, 10
 
 
 def _fixed(scope: Scope, node: ast.expr) -> bool:
@@ -49,10 +56,90 @@ def takes_a_factor(scope: Scope, node: ast.expr) -> bool:
 
 
 def unused(scope: Scope, node: ast.expr) -> Found:
-    """A factor that is missing, of the numbers that are never used."""
+    """A factor or a term that is missing, or stands nowhere, of the variables that are never used."""
+    form, outer = scope.form(node), scope.parent(node)
+    for key in scope.idle if isinstance(outer, (ast.stmt, ast.List, ast.Tuple)) else ():
+        if scope.variables[key] == form and key in scope.defined and not _fixed(scope, node):
+            for op, verb in ((ast.Add(), "added"), (ast.Sub(), "subtracted")):
+                words = f"a term is missing in {code(node)}: {scope.said(key)}, which is used nowhere, should be {verb}"
+                yield "lacks term", f"idle {verb} {key}", words, ast.BinOp(scope.alias(node), op, name(key))
     if takes_a_factor(scope, node):
         idle = ((scope.said(key), name(key)) for key in scope.idle if scope.variables[key] == ())
         yield from _numbered(scope, node, idle)
+
+
+def broadcast(scope: Scope, node: ast.expr) -> Found:
+    """The vector, or the matrix, that a number is a multiple of which is added to one."""
+    if not isinstance(node, ast.BinOp) or not isinstance(node.op, (ast.Add, ast.Sub)):
+        return
+    form = scope.form(node) or ()
+    for number, other in ((node.left, node.right), (node.right, node.left)):
+        if form and scope.form(number) == () and scope.form(other) == form:
+            for detail, words, part in _multiplied(scope, number, form, other):
+                new = times(scope.alias(number), part)
+                sides = (new, other) if number is node.left else (other, new)
+                yield "lacks factor", detail, words, ast.BinOp(sides[0], node.op, sides[1])
+
+
+def into_a_vector(scope: Scope, node: ast.stmt) -> Found:
+    """The same of a number that a vector or a matrix gets, or that is added to one."""
+    if not isinstance(node, (ast.Assign, ast.AugAssign)) or scope.form(node.value) != ():
+        return
+    target = node.targets[0] if isinstance(node, ast.Assign) else node.target
+    form = scope.variables.get(target.id, ()) if isinstance(target, ast.Name) else ()
+    for detail, words, part in _multiplied(scope, node.value, form, node) if form else ():
+        made = times(scope.alias(node.value), part)
+        new: ast.stmt = ast.Assign([target], made)
+        if isinstance(node, ast.AugAssign):
+            new = ast.AugAssign(node.target, node.op, made)
+        yield "lacks factor", detail, words, new
+
+
+def _multiplied(
+    scope: Scope, number: ast.expr, form: Form, other: ast.AST
+) -> Iterator[tuple[str, str, ast.expr]]:
+    """Vectors or matrices that a number may be a multiple of."""
+    parts: dict[str, ast.expr] = {key: name(key) for key in scope.named(form)}
+    for part in [part for part, shape in scope.parts.values() if shape == form and part is not other]:
+        parts |= {text_of(one): one for one in (part, *alike.counterparts(scope, part))}
+    if len(form) == 1:
+        parts |= {f"{key}.normalized()": method(name(key), "normalized") for key in scope.named(form)}
+    if len(form) == 2:
+        whole = [key for key in scope.idle if scope.variables[key] == form]
+        columns: list[ast.expr] = [
+            ast.Subscript(name(key), ast.Tuple([ast.Slice(), name(k)], ast.Load()), ast.Load())
+            for key, k in itertools.product(whole, sorted(set(scope.counting(number))))
+        ]
+        columns += [part for part, shape in scope.parts.values() if shape == form[:1]]
+        columns += [other for part in columns for other in alike.counterparts(scope, part)]
+        for a, b in itertools.permutations([*map(name, scope.named(form[:1])), *columns][:FEW_COLUMNS], 2):
+            made = method(a, "outer_product", b)
+            parts[text_of(made)] = made
+    what = "vector" if len(form) == 1 else "matrix"
+    for text, part in sorted(parts.items(), key=lambda found: len(found[0]))[:MANY]:
+        words = f"{code(number)} is a number where a {what} belongs: the factor `{text}` is missing"
+        yield f"*{text}", words, part
+
+
+def inserted(scope: Scope, node: ast.expr, form: Form) -> Found:
+    """A matrix that is missing in a product: one with a name, its transpose, the diagonal one of a vector."""
+    outer = scope.parent(node)
+    if not isinstance(node, ast.BinOp) or not isinstance(node.op, ast.MatMult):
+        return
+    if isinstance(outer, ast.BinOp) and isinstance(outer.op, ast.MatMult):
+        return
+    every = chain(node, ast.MatMult)
+    for k in range(1, len(every)):
+        before = scope.form(every[k - 1])
+        if before is None or len(before) != 2 or len(every) > 4:
+            continue
+        made = [function("diag", name(key)) for key in scope.vectors if scope.variables[key] == before[1:]]
+        square = [key for key in scope.matrices if scope.variables[key] == (before[1], before[1])]
+        made += [m for key in square for m in (name(key), method(name(key), "transpose"))]  # type: ignore[misc]
+        for part in made:
+            new = product([*every[:k], part, *every[k:]], ast.MatMult)
+            words = f"a factor is missing in {code(node)}: {code(part)}"
+            yield "lacks factor", f"{k}@{text_of(part)}", words, new
 
 
 def entries(scope: Scope, node: ast.expr, form: Form) -> Found:
@@ -125,12 +212,24 @@ def _numbers(scope: Scope) -> Iterator[tuple[str, ast.expr]]:
 def _entries(scope: Scope, node: ast.expr) -> Iterator[tuple[str, ast.expr]]:
     """Entries that are taken nowhere yet: by the indices of the loops a node stands in, and of vectors by numbers."""
     counting = [name(key) for key in sorted(set(scope.counting(node)))]
+    idle = [key for key in scope.idle if len(scope.variables[key]) == 1]
+    for a, b in itertools.permutations(idle, 2):
+        for k in counting if scope.variables[a] == scope.variables[b] else ():
+            one, two = (ast.Subscript(name(key), k, ast.Load()) for key in (a, b))
+            part: ast.expr = ast.BinOp(one, ast.Sub(), two)
+            yield f"`{text_of(part)}`", part
     for key, shape in scope.variables.items():
+        if key in scope.idle and len(shape) == 2 and 9 in shape:  # in row-major order
+            loops = [text_of(index) for index in counting]
+            joined = [f"3 * {a} + {b}" for a, b in itertools.permutations(loops, 2)]
+            for row, column in itertools.product(*(joined if size == 9 else loops for size in shape)):
+                part = ast.parse(f"{key}[{row}, {column}]", mode="eval").body
+                yield f"`{text_of(part)}`", part
         if not 1 <= len(shape) <= 2 or max(shape) > LONGEST:
             continue
         if key not in scope.idle and not any(text.startswith(f"{key}[") for text in scope.parts):
             continue
-        indices: list[ast.expr] = [*counting, *map(ast.Constant, range(shape[0]))]
+        indices: list[Any] = [*counting, *map(ast.Constant, range(shape[0]))]
         if len(shape) == 2:
             indices = [ast.Tuple(list(pair), ast.Load()) for pair in itertools.product(counting, repeat=2)]
         for index in indices:

@@ -86,20 +86,31 @@ def _operators(scope: Scope, node: ast.BinOp) -> Found:
         for called in ("dot", "cross", "outer_product"):
             words = f"* multiplies entry by entry in {here}, where {CALLED[called]} belongs"
             yield "operation", f"*->{called}", words, method(left, called, right)
-    if isinstance(op, ast.Pow) and isinstance(right, ast.Constant):
-        for k in (1, 2, 3, 4, 0.5, -1, -2):
-            if k != right.value:
+    exponent = _value(right)
+    if isinstance(op, ast.Pow) and exponent is not None:
+        for k in (1, 2, 3, 4, 0.5, -1, -2, 2 / 3, -2 / 3, 1 / 3, -1 / 3):
+            if k != exponent:
                 words = f"the power is wrong in {here}"
                 if k == 1:
                     words += f": {code(left)} should not be squared"
                 new = scope.alias(left) if k == 1 else ast.BinOp(left, ast.Pow(), number(k))
-                yield "power", f"**{right.value!r}->{k}", words, new
+                yield "power", f"**{exponent!r}->{k}", words, new
     quotients = [s for s in (left, right) if isinstance(s, ast.BinOp) and isinstance(s.op, ast.Div)]
     if isinstance(op, ast.Add) and len(quotients) == 2:
         one, two = quotients
         above, below = ast.BinOp(one.left, ast.Add(), two.left), ast.BinOp(one.right, ast.Add(), two.right)
         words = f"a sum of quotients stands in place of the quotient of two sums in {here}"
         yield "operation", "quotient of sums", words, ast.BinOp(above, ast.Div(), below)
+
+
+def _value(node: ast.expr) -> float | None:
+    """The number that an exponent is, with a sign, and a quotient of numbers."""
+    if isinstance(node, ast.Constant) and isinstance(node.value, (int, float)):
+        return node.value
+    if isinstance(node, ast.UnaryOp) and isinstance(node.op, ast.USub):
+        inner = _value(node.operand)
+        return None if inner is None else -inner
+    return None
 
 
 def _of_matrices(scope: Scope, node: ast.BinOp) -> Found:

@@ -171,7 +171,10 @@ def name(text: str) -> ast.Name:
 def number(value: float) -> ast.expr:
     """A number as people write it: 1 / 3 for what has no end."""
     if value < 0:
-        return minus(number(-value))
+        whole = number(-value)
+        if isinstance(whole, ast.BinOp):
+            return ast.BinOp(minus(whole.left), whole.op, whole.right)
+        return minus(whole)
     fraction = Fraction(value).limit_denominator(360)
     if len(repr(value)) > 8 and abs(float(fraction) - value) <= 1e-15 * value:
         return ast.BinOp(ast.Constant(fraction.numerator), ast.Div(), ast.Constant(fraction.denominator))

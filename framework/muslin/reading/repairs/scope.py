@@ -94,6 +94,33 @@ class Scope:
         first = min((n.lineno for n in stored if isinstance(n.ctx, ast.Store)), default=0)
         return key in self.meaning.inputs or 0 < first < node.lineno  # type: ignore[attr-defined]
 
+    def never_read(self, key: str, node: ast.stmt) -> bool:
+        """Whether a variable got a value before a line, in the same block, that is read nowhere in between."""
+        outer = self.parent(node)
+        blocks = (getattr(outer, field, None) for field in ("body", "orelse"))
+        block = next((b for b in blocks if isinstance(b, list) and node in b), [node])
+        lines = [*block[: block.index(node)][::-1]]
+        read = {n.id for n in ast.walk(node) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+        for line in lines:
+            if key in read:
+                return False
+            target = line.targets[0] if isinstance(line, ast.Assign) else getattr(line, "target", None)
+            if (
+                isinstance(line, (ast.Assign, ast.AugAssign))
+                and isinstance(target, ast.Name)
+                and target.id == key
+            ):
+                return not isinstance(line.value, ast.Constant)
+            read |= {n.id for n in ast.walk(line) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)}
+        return False
+
+    def in_brackets(self, node: ast.AST) -> bool:
+        """Whether an expression is an index of an entry."""
+        outer = self.parent(node)
+        while isinstance(outer, (ast.Tuple, ast.BinOp)):
+            outer = self.parent(outer)
+        return isinstance(outer, ast.Subscript)
+
     def counting(self, node: ast.AST) -> list[str]:
         """Variables that count in the loops a node stands in."""
         return [n.id for loop in self.around(node) for n in ast.walk(loop.target) if isinstance(n, ast.Name)]

@@ -161,6 +161,8 @@ def _assigned(scope: Scope, node: ast.Assign) -> Iterator[Repair]:
     if len(node.targets) > 1 or not isinstance(target, (ast.Name, ast.Subscript)):
         return
     once = "" if _is_summed(scope, node) else "once, "
+    if once and isinstance(target, ast.Name) and scope.never_read(target.id, node):
+        once = "once, never read: "
     for op, sign in ((ast.Add(), "+="), (ast.Sub(), "-=")):
         words = (
             f"{code(target)} is overwritten, where {sign} adds up: = stands in place of {sign}, "
@@ -168,7 +170,8 @@ def _assigned(scope: Scope, node: ast.Assign) -> Iterator[Repair]:
         )
         if once:
             whole = code(ast.BinOp(target, op, node.value))
-            words = f"{code(target)} is overwritten, and what it was before is lost: {whole} belongs there"
+            words = f"{code(target)} is overwritten, and what it was before is lost: "
+            words += f"= stands in place of {sign}, or {whole} belongs there"
         yield Repair(
             "loop", f"{once}=->{sign}", node.lineno, words, {id(node): ast.AugAssign(target, op, node.value)}
         )
