@@ -219,6 +219,15 @@ def test_printing_is_shown_for_public_cases_only(tmp_path):
     assert record.score == 10
 
 
+def test_empty_lines_that_the_engine_prints_are_not_the_students(small):
+    path = small / "collision.py"
+    text = path.read_text()
+    assert "    d = n.dot(v)\n" in text
+    path.write_text(text.replace("    d = n.dot(v)\n", "    d = ti.Matrix([v, v, v])\n"))
+    result = muslin.grade(small)["filter_velocity"]
+    assert (result.status, result.output) == ("error", "")
+
+
 def run(*arguments: str | Path) -> subprocess.CompletedProcess[str]:
     command = [sys.executable, "-m", "muslin.cli", *map(str, arguments)]
     return subprocess.run(command, capture_output=True, text=True, timeout=300)

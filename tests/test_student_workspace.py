@@ -217,6 +217,19 @@ def test_hints_come_one_by_one_and_are_remembered(typed):
     assert "Did you mean phi" in typed("hint", "fhi")[2]
 
 
+def test_nothing_but_what_a_function_prints_stands_before_what_is_said_of_it(typed):
+    """Where vectors stand in a vector, the engine prints two empty lines before it says that they must not."""
+    write("phi", "v = X1 - X0\nreturn ti.Vector([1 - v.sum(), v])")
+    write("dphi_dX", "v = X1 - X0\nreturn ti.Matrix([v, v, v])")
+    out = typed("check", "phi", "dphi_dX")[1]
+    assert [line[:14] for line in out.splitlines() if line[:7] in ("", "  FAIL ")] == [
+        "  FAIL phi    ",
+        "  FAIL dphi_dX",
+    ]
+    write("phi", 'print("mine", X[0])\nreturn X')
+    assert typed("check", "phi")[1].startswith("mine ")
+
+
 def test_resetting_keeps_a_backup_and_everything_else(typed):
     write("dphi_dX", "return my_helper(X0, X1, X2)")
     with open("shape_functions.py", "a", encoding="utf-8") as stream:

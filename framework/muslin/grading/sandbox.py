@@ -206,7 +206,7 @@ class Worker:
         if len(self._output) >= LONGEST_OUTPUT > self._seen:
             text += "\n(more was printed, and dropped)"
         self._seen = len(self._output)
-        return text
+        return text if text.strip() else ""  # before some errors the engine prints empty lines
 
     def close(self) -> None:
         """Kill it and everything it has started."""
