@@ -21,8 +21,24 @@ REST, DIRECTIONS, MODE = "#8d949e", "#2a8c5a", "#8a4fbf"
 
 HELP = (
     "Drag a corner; drag beside the cell to turn the view. Grey: undeformed. Green: principal directions, as long as "
-    "their stretches. Arrows: forces; yours and Muslin's, where they differ. Numbers under the mouse are shown in full."
+    "their stretches. Arrows: forces; yours and Muslin's, where they differ. Hold the mouse over a number to see it in "
+    "full, over a control to see what it is for."
 )
+
+#: Label of a control -> what it is for, shown where the mouse is held over it.
+LABELS = {
+    "Deform it": "Puts the corners where F is simple: at rest, turned, stretched, sheared, or pressed together.",
+    "Wrong case": "A public case that one of your functions gets wrong: the cell as it is there.",
+    "Gap of s0, s1: 10^": (
+        "Two principal stretches that differ by ten to this power; at the far left by nothing. Formulas that divide by "
+        "their difference fail on the way there."
+    ),
+    "Show mode": (
+        "A mode is an eigenvector of the energy's Hessian: a way in which all corners move together, shown as violet "
+        "arrows. They count as in the list of modes below; those with a negative number are what projection takes out."
+    ),
+}
+DEFORM, WRONG, APART, MODES = LABELS
 
 #: Entry of a list that chooses nothing.
 NONE = "none"
@@ -50,6 +66,10 @@ def play(
     **material
         mu, lam [Pa].
     """
+    if functions is not None:
+        say(
+            "Compiling your functions, and looking which public cases they get wrong: up to half a minute ..."
+        )
     made = begin(what, functions, case, **material)
     show(PlayPage(made, port), "One cell to pull at", open_page, say, running)
 
@@ -157,13 +177,13 @@ class PlayPage(Served):
             show_logo=False, show_share_button=False, brand_color=(192, 74, 53), control_width="large"
         )
         gui.add_markdown(HELP)
-        self._chosen(gui.add_dropdown("Pose", [NONE, *POSES]), self._pose)
+        self._chosen(gui.add_dropdown(DEFORM, [NONE, *POSES], hint=LABELS[DEFORM]), self._pose)
         if self._cases:
-            self._chosen(gui.add_dropdown("Failing case", [NONE, *self._cases]), self._case)
-        slider = gui.add_slider("s0 - s1 = 10^", min=-9.0, max=-0.5, step=0.5, initial_value=-0.5)
+            self._chosen(gui.add_dropdown(WRONG, [NONE, *self._cases], hint=LABELS[WRONG]), self._case)
+        slider = gui.add_slider(APART, min=-9.0, max=-0.5, step=0.5, initial_value=-0.5, hint=LABELS[APART])
         self._chosen(slider, lambda power: self.play.nearly_equal(0.0 if power == -9.0 else 10.0**power))
         modes = [NONE, *(str(k + 1) for k in range(self.play.x.size))]
-        self._chosen(gui.add_dropdown("Mode shown", modes), self._choose_mode)
+        self._chosen(gui.add_dropdown(MODES, modes, hint=LABELS[MODES]), self._choose_mode)
         self.trouble = gui.add_markdown("", visible=False)
         self.numbers = gui.add_html("")
 
@@ -239,15 +259,18 @@ class PlayPage(Served):
             self.moving.points = _arrows(x, 0.35 * there[1][:, self.mode - 1].reshape(-1, 3))
 
 
-def _table(value: np.ndarray, columns: int = 0) -> list[list[tuple[str, str]]]:
-    """Rows of a number, a vector (in one row, or in rows of `columns`) or a matrix: each number in full and short."""
+def _table(value: np.ndarray, columns: int = 0, scale: float = 0.0) -> list[list[tuple[str, str]]]:
+    """Rows of a number, a vector (in one row, or in rows of `columns`) or a matrix: each number in full and short.
+
+    What is next to nothing beside the largest of them, and beside `scale`, is rounding.
+    """
     value = np.asarray(value)
     rows = value if value.ndim == 2 else value.reshape(-1, columns or value.size)
-    size = float(np.abs(value).max(initial=0.0))
+    size = max(float(np.abs(value).max(initial=0.0)), scale)
     return [[(repr(float(v)), f"{0.0 if abs(v) < ROUNDING * size else v:.4g}") for v in row] for row in rows]
 
 
-#: Numbers below this share of the largest beside them are shown as 0: they are rounding.
+#: Numbers below this share of the largest beside them, or of their scale, are shown as 0: they are rounding.
 ROUNDING = 1e-13
 
 

@@ -95,7 +95,8 @@ class Served:
 
     def close(self) -> None:
         """Stop serving."""
-        self.server.stop()
+        with contextlib.redirect_stdout(io.StringIO()):  # its farewell
+            self.server.stop()
 
     def loop(self, running: Callable[[], bool] = lambda: True) -> None:
         """Take commands and send what has changed."""
