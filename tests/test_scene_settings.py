@@ -9,6 +9,7 @@ import pytest
 import muslin
 from muslin import MuslinError
 from muslin.mesh import grid
+from muslin.present.demo import energy_lines
 from muslin.present.exporting import export_run
 from muslin.present.pictures import render_run
 from muslin.simulation.runs import RunFolder
@@ -152,3 +153,11 @@ def test_exact_self_collision_of_a_scene_object_says_what_to_set():
     with pytest.raises(MuslinError, match="Set integrator=backward-euler"):
         override(scene)
     assert build(override(get("drape", resolution=4), self_collision="exact"))[0].barrier is not None
+
+
+def test_a_table_of_energies_says_what_pulls_and_its_columns_hold():
+    run = muslin.simulate("hang", resolution=4, steps=3, drag_vertex=0, drag_to=(1, 1, 1))
+    _, head, *rows = energy_lines(run)
+    assert head.split() == ["time", "[s]", "kinetic", "elastic", "gravity", "and", "pull", "total"]
+    assert {len(row) for row in rows} == {len(head)}
+    np.testing.assert_allclose(float(rows[-1].split()[3]), run.energies[-1]["gravity"], atol=1e-4)

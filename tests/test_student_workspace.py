@@ -341,6 +341,28 @@ def test_a_scene_runs_with_what_is_right_and_says_who_stands_in(typed):
     assert "There is no scene 'moon'" in typed("run", "moon")[2]
 
 
+def test_a_scene_is_looked_at_with_the_workspaces_functions_unless_muslins_are_asked_for(
+    typed, tmp_path, monkeypatch
+):
+    from muslin import viewer
+
+    seen = []
+    monkeypatch.setattr(
+        viewer, "view", lambda *arguments, **settings: seen.append((*arguments[:2], settings))
+    )
+    for words in (["hang"], [], ["hang", "--native"], ["jelly"]):  # jelly: of functions that are not here
+        assert typed("view", *words)[0] == 0
+    here = tmp_path / "my-cloth"
+    assert [(scene, functions and functions.resolve()) for scene, functions, _ in seen] == [
+        ("hang", here), ("drape", here), ("hang", None), ("jelly", None)
+    ]  # fmt: skip
+    assert [settings for *_, settings in seen[:2]] != [{}, {}]
+    monkeypatch.chdir(tmp_path)
+    assert typed("view")[0] == 0
+    assert seen[-1][:2] == ("hang", None)
+    assert typed("view", "--functions", tmp_path)[0] == 1
+
+
 def test_what_is_handed_in_is_looked_at_again(typed):
     answer("stress.py")
     Path("collision.py").unlink()

@@ -32,6 +32,9 @@ def view(
     mesh: Cloth = None,
     scale: Scale = None,
     functions: Functions = None,
+    native: Annotated[
+        bool, typer.Option("--native", help="Muslin's own functions, in a workspace, too.")
+    ] = False,
     setting: Setting = None,
     port: Annotated[int, typer.Option(help="Port of the browser's page.", min=1, max=65535)] = 8080,
     no_open: Annotated[
@@ -44,22 +47,39 @@ def view(
 ) -> None:
     """Look at a scene while it runs: turn it, pull with the mouse, switch the sphere on and off.
 
-    With your functions (--functions .) things are met as in muslin run.
+    In a workspace with your functions, as muslin run; elsewhere with Muslin's own.
     """
     from muslin import viewer
+    from muslin.base.engine import inside
     from muslin.student import running, workspace
 
     settings = _settings(setting, mesh=mesh, scale=scale)
-    if functions is not None:
-        settings = running.shown(workspace.find(functions)) | settings
-    with contextlib.suppress(MuslinError):  # elsewhere no assignment is meant
+    here = None
+    try:
         here = workspace.find(functions)
+    except MuslinError:
+        if functions is not None:  # elsewhere no assignment is meant
+            raise
+    if here is not None:
         scene = scene or here.scene
-        if functions is None:
-            _say("Muslin's own functions compute this; yours: muslin view --functions .")
+        about = functions is not None or bool(scene and here.scene and _alike(scene, here.scene))
+        if about and not native:
+            functions, settings = here.folder, running.shown(here) | settings
+            _say("With your functions; with Muslin's own: muslin view --native")
+        else:
+            functions = None
+            _say("With Muslin's own functions.")
+    inside.compile_in_silence()
     viewer.view(
         scene or "hang", functions, backend.value, port=port, open_page=not no_open, say=_say, **settings
     )  # fmt: skip
+
+
+def _alike(scene: str, other: str) -> bool:
+    """Whether two scenes are of the same kind of body."""
+    from muslin.simulation import scenes
+
+    return bool(scenes.get(scene).WORD == scenes.get(other).WORD)
 
 
 @app.command()
@@ -82,10 +102,12 @@ def play(
     ] = False,
 ) -> None:
     """Pull at one triangle or tetrahedron in the browser: F, stretches, stress, modes; yours and Muslin's."""
+    from muslin.base.engine import inside
     from muslin.student.workspace import find
     from muslin.viewer.opening import has_desktop
     from muslin.viewer.play_page import play as shown
 
+    inside.compile_in_silence()
     if functions is None:
         with contextlib.suppress(MuslinError):  # elsewhere there are no functions to show
             functions = find().folder

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -54,16 +54,22 @@ def run(
     say(f"Simulating a drape with {whose} ({choose()}), and filming it ...")
     scene = scenes.get("drape", **SHOWN)
     result, written = filmed(scene, solution, out, quality, progress, say, around=AROUND, every=every)
-    say("\nEnergies [J]\n  time [s]    kinetic    elastic    gravity      total")
-    table = result.energies
-    for row in table[:: max(1, len(table) // 8)]:
-        say(
-            f"  {row.time:8.3f} {row.kinetic:10.4f} {row.elastic:10.4f} {row.gravity:10.4f} {row.total:10.4f}"
-        )
+    for line in energy_lines(result):
+        say(line)
     if solution:
         say("\nThe reference solution against the reference data")
         say_verdicts(checking.check(load(solution)))
     say(f"\nWrote {show.shown(written)}.")
+
+
+def energy_lines(run: Run) -> Iterator[str]:
+    """A table of a run's energies at some nine times, as they are called in its plot."""
+    names, table = run.scene.energy_names, run.energies
+    wide = {column: max(10, len(name)) for name, column in names.items()}
+    yield "\nEnergies [J]"
+    yield "  time [s] " + " ".join(f"{name:>{wide[column]}}" for name, column in names.items())
+    for row in table[:: max(1, len(table) // 8)]:
+        yield f"  {row.time:8.3f} " + " ".join(f"{row[column] + 0.0:{wide[column]}.4f}" for column in wide)
 
 
 def filmed(

@@ -9,6 +9,7 @@ from typing import Any
 from muslin.base import paths
 from muslin.mesh import sector
 from muslin.present import pictures
+from muslin.present.demo import energy_lines
 from muslin.simulation import scenes
 
 #: Size of its triangles [m]; the pattern is the scene's.
@@ -53,11 +54,8 @@ def run(
     if result.interrupted:
         say(f"Stopped. What was simulated until now is in {paths.shown(out / 'run')}.")
         raise KeyboardInterrupt
-    say("\nEnergies [J]\n  time [s]    kinetic    elastic    gravity      total")
-    table = result.energies
-    for row in table[:: max(1, len(table) // 8)]:
-        energies = (row.kinetic, row.elastic, row.gravity, row.total)
-        say(f"  {row.time:8.3f} " + " ".join(f"{value:10.4f}" for value in energies))
+    for line in energy_lines(result):
+        say(line)
     with progress("filming") as tick:
         written = pictures.render_run(out / "run", out / "cape.mp4", on_frame=tick, quality=quality)
     say(f"\nWrote {pictures.shown(written)}.")

@@ -8,7 +8,7 @@ from typing import Any
 
 from muslin.base import paths
 from muslin.present import pictures
-from muslin.present.demo import filmed
+from muslin.present.demo import energy_lines, filmed
 from muslin.simulation import scenes
 
 SCENE = "jelly"
@@ -44,5 +44,7 @@ def run(
     solution = paths.solution("solids") if paths.in_repository() else None
     whose = "the reference solution" if solution else "the native element"
     say(f"{scene.title}: by {whose}, and filmed meanwhile ...")
-    _, written = filmed(scene, solution, out, quality, progress, say, around=AROUND)
+    result, written = filmed(scene, solution, out, quality, progress, say, around=AROUND)
+    for line in energy_lines(result):
+        say(line)
     say(f"Wrote {pictures.shown(written)}.")
