@@ -50,7 +50,7 @@ def view(
     In a workspace with your functions, as muslin run; elsewhere with Muslin's own.
     """
     from muslin import viewer
-    from muslin.base.engine import inside
+    from muslin.base.engine import silence
     from muslin.student import running, workspace
 
     settings = _settings(setting, mesh=mesh, scale=scale)
@@ -69,7 +69,7 @@ def view(
         else:
             functions = None
             _say("With Muslin's own functions.")
-    inside.compile_in_silence()
+    silence.compile_in_silence()
     viewer.view(
         scene or "hang", functions, backend.value, port=port, open_page=not no_open, say=_say, **settings
     )  # fmt: skip
@@ -102,12 +102,12 @@ def play(
     ] = False,
 ) -> None:
     """Pull at one triangle or tetrahedron in the browser: F, stretches, stress, modes; yours and Muslin's."""
-    from muslin.base.engine import inside
+    from muslin.base.engine import silence
     from muslin.student.workspace import find
     from muslin.viewer.opening import has_desktop
     from muslin.viewer.play_page import play as shown
 
-    inside.compile_in_silence()
+    silence.compile_in_silence()
     if functions is None:
         with contextlib.suppress(MuslinError):  # elsewhere there are no functions to show
             functions = find().folder

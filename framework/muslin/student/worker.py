@@ -159,7 +159,7 @@ def _serve(channel: Connection, debug: bool, ready: tuple[str, ...]) -> None:
         os.dup2(silence, 1)
         os.dup2(silence, 2)
     from muslin.base import runtime
-    from muslin.base.engine import inside
+    from muslin.base.engine import silence
 
     trouble: MuslinError | None = None
     try:
@@ -167,7 +167,7 @@ def _serve(channel: Connection, debug: bool, ready: tuple[str, ...]) -> None:
         import muslin.tasks.batch  # noqa: F401
 
         runtime.start(threads=1, debug=debug)
-        inside.compile_in_silence()
+        silence.compile_in_silence()
         for module in ready:
             importlib.import_module(module)
     except MuslinError as error:

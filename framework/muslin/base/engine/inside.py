@@ -6,18 +6,14 @@ Taichi and Quadrants keep some of it in different places, and a later version ma
 
 from __future__ import annotations
 
-import contextlib
-import ctypes
 import functools
 import importlib
 import inspect
 import math
-import os
 import re
 import sys
 import textwrap
 import traceback
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
@@ -319,49 +315,6 @@ def tell_plainly() -> None:
         for name, value in missing.items():
             if not hasattr(transformer, name):
                 setattr(transformer, name, value)
-
-
-def compile_in_silence() -> None:
-    """Drop what the engine prints while it compiles: before some errors two empty lines, on descriptor 1.
-
-    What functions print while they run is printed. For processes without other threads that print.
-    """
-    if not has("binding a kernel to its arrays"):
-        return
-    kernel = own_module("lang.kernel_impl" if load().__name__ == "taichi" else "lang.kernel").Kernel
-    original = kernel.ensure_compiled
-
-    @functools.wraps(original)
-    def ensure_compiled(*arguments: Any, **options: Any) -> Any:
-        with _silence():
-            return original(*arguments, **options)
-
-    kernel.ensure_compiled = ensure_compiled
-
-
-@contextlib.contextmanager
-def _silence() -> Iterator[None]:
-    """Nothing reaches descriptor 1, nor what C keeps for it."""
-
-    def flush() -> None:
-        with contextlib.suppress(Exception):
-            ctypes.CDLL("ucrtbase" if os.name == "nt" else None).fflush(None)
-
-    try:
-        sys.stdout.flush()
-        flush()
-        kept, nothing = os.dup(1), os.open(os.devnull, os.O_WRONLY)
-    except (OSError, ValueError, AttributeError):  # there is no such descriptor to be silent on
-        yield
-        return
-    os.dup2(nothing, 1)
-    os.close(nothing)
-    try:
-        yield
-    finally:
-        flush()
-        os.dup2(kept, 1)
-        os.close(kept)
 
 
 def refuse_bad_indices(debug: bool = False) -> None:
