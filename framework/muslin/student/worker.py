@@ -155,9 +155,9 @@ def _serve(channel: Connection, debug: bool, ready: tuple[str, ...]) -> None:
     """Serve until the channel closes."""
     faulthandler.disable()  # a crash is told by the other side
     if debug:  # a second look at a crash: Taichi may print a line for every sample and loop
-        silence = os.open(os.devnull, os.O_WRONLY)
-        os.dup2(silence, 1)
-        os.dup2(silence, 2)
+        nothing = os.open(os.devnull, os.O_WRONLY)
+        os.dup2(nothing, 1)
+        os.dup2(nothing, 2)
     from muslin.base import runtime
     from muslin.base.engine import silence
 
