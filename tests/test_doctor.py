@@ -108,7 +108,7 @@ def test_a_taichi_that_hangs_is_given_up(fake_taichi, monkeypatch):
     fake_taichi("import time; time.sleep(60)")
     start = time.perf_counter()
     finding = compiling.compiler()[0]
-    assert time.perf_counter() - start < 10
+    assert time.perf_counter() - start < 40  # and not the minute it sleeps
     assert finding.ok is False
     assert "no answer in 1 s" in finding.detail
 

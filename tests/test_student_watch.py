@@ -98,7 +98,8 @@ def test_the_loop_of_saving_seeing_and_going_on(watched):
     out, took = terminal.until("Now: dphi_dX")
     assert "ok   phi" in out
     assert "1/17 tasks, 5/100 points" in out
-    assert took < 10, "2.5 s on a quiet machine"
+    busy = os.getloadavg()[0] / (os.cpu_count() or 1)  # processes to each core
+    assert took < 10 * max(1.0, busy), "2.5 s on a quiet machine"
     # a comment is no change; another function of the file is not checked again
     save(folder, "shape_functions.py", "    D = ti", "    # edges\n    D = ti")
     terminal.until("no function has changed")
