@@ -14,10 +14,9 @@ from pathlib import Path
 
 import numpy as np
 
-from muslin.grading import diagnosis
 from muslin.grading.laws import extent
+from muslin.grading.reader import Reader
 from muslin.grading.record import ERROR, FAILED, LAYERS, NOT_IMPLEMENTED, PASSED, SKIPPED, Check
-from muslin.grading.upheld import upheld
 from muslin.judging import Property, judge, properties, reference
 from muslin.tasks import Assignment, Task
 from muslin.tasks.comparing import Terms
@@ -133,7 +132,7 @@ _STATUS = {"": PASSED, "stub": NOT_IMPLEMENTED}
 
 
 def judge_public(
-    table: Assignment, verdict: Verdict, outcome: Outcome, notes: Sequence[str] = (), text: str = ""
+    table: Assignment, verdict: Verdict, outcome: Outcome, reader: Reader, data: bytes = b""
 ) -> None:
     """Form and public cases, added to a verdict with everything there is to say about them.
 
@@ -142,20 +141,21 @@ def judge_public(
     table : Assignment
     verdict : Verdict
     outcome : Outcome
-    notes : sequence of str
-        What a reader notices in the function's text; told where an answer is wrong.
-    text : str
-        The student's file, in which the mistake is looked for; it is read, and never run.
+    reader : Reader
+        Who looks for the mistake, and for more to notice, in the text where an answer is wrong.
+    data : bytes
+        The student's file; it is read, and never run.
     """
-    _judge_public(table, verdict, outcome, text)
+    _judge_public(table, verdict, outcome, reader, data)
     last = verdict.checks[-1]
-    if notes and last.status == FAILED and not outcome.kind:
+    if last.status == FAILED and not outcome.kind:
+        notes = reader.notes(verdict.task.name, table.name, data)
         verdict.checks[-1] = replace(
             last, message="\n".join([last.message, *(f"look: {note}" for note in notes)])
         )
 
 
-def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, source: str) -> None:
+def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, reader: Reader, data: bytes) -> None:
     task, verdict.printed = verdict.task, outcome.printed
     if outcome.kind:
         verdict.status = _STATUS.get(outcome.kind, ERROR)
@@ -163,20 +163,23 @@ def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, source:
         likely = None
         if outcome.kind == "code" and not task.in_python:
             inputs, expected = reference.cases(table.name, task.name)
-            likely = diagnosis.misfit(task, expected, inputs, table.name, source)
-        said = (likely.cause, likely.mistake, likely.advice) if likely else ()
-        verdict.checks.append(Check("runs", "form", FAILED, text, None, None, *said))
+            likely = reader.misfit(task.name, expected, inputs, table.name, data)
+        verdict.checks.append(Check("runs", "form", FAILED, text, None, None, *(likely or ())))
         return
     inputs, expected = reference.cases(table.name, task.name)
     fault = reference.form(task, outcome.results, expected, inputs)
     if fault is not None:
-        verdict.add(_told("form", "form", fault, task, table, outcome.results, expected, inputs, source))
+        verdict.add(
+            _told("form", "form", fault, table, task, outcome.results, expected, inputs, reader, data)
+        )
         return
     verdict.add(Check("form", "form", PASSED, "The shape, type and finiteness of the results are right."))
     own = judge(table.name, task.name)
     compared = reference.compare(task, outcome.results, expected, inputs, own.terms, own.tolerance)
     verdict.add(
-        _told("public cases", "public", compared, task, table, outcome.results, expected, inputs, source)
+        _told(
+            "public cases", "public", compared, table, task, outcome.results, expected, inputs, reader, data
+        )
     )
 
 
@@ -184,12 +187,13 @@ def _told(
     name: str,
     layer: str,
     found: reference.Verdict,
-    task: Task,
     table: Assignment,
+    task: Task,
     got: tuple[np.ndarray, ...],
     expected: tuple[np.ndarray, ...],
     inputs: Arrays,
-    source: str,
+    reader: Reader,
+    data: bytes,
 ) -> Check:
     """A check on public cases: all of it is told, and what it looks like."""
     error = found.error if found.error is not None and np.isfinite(found.error) else None
@@ -197,23 +201,25 @@ def _told(
         return Check(name, layer, PASSED, found.message, found.case, error)
     likely = None
     if len(got) == len(expected) and all(a.shape == b.shape for a, b in zip(got, expected, strict=True)):
-        likely = diagnosis.diagnose(task, got, expected, inputs, table.name, source)
+        likely = reader.diagnose(task.name, got, expected, inputs, table.name, data)
     advice = f"Read section {task.section} of the handout again, or ask for a hint."
-    return Check(
-        name, layer, FAILED, found.message, found.case, error,
-        likely.cause if likely else "", likely.mistake if likely else "", likely.advice if likely else advice,
-    )  # fmt: skip
+    return Check(name, layer, FAILED, found.message, found.case, error, *(likely or ("", "", advice)))
 
 
 def judge_properties(
-    table: Assignment, verdict: Verdict, drawn: Drawn, outcome: Outcome | None, text: str = ""
+    table: Assignment,
+    verdict: Verdict,
+    drawn: Drawn,
+    outcome: Outcome | None,
+    reader: Reader,
+    data: bytes = b"",
 ) -> None:
     """The properties, added to a verdict; without an outcome they are skipped.
 
     Parameters
     ----------
-    table, verdict, drawn, outcome
-    text : str
+    table, verdict, drawn, outcome, reader
+    data : bytes
         The student's file. Where all public cases are right, what is behind the first that fails is looked for in it.
     """
     reached = outcome is not None and not outcome.kind
@@ -235,9 +241,9 @@ def judge_properties(
                 status, message = FAILED, f"Does not hold{extent(error)}: {prop.statement}"
                 if verdict.status == PASSED:
                     cases, expected = reference.cases(table.name, verdict.task.name)
-                    found = upheld(verdict.task, expected, cases, drawn, parts, table.name, text)
-        cause = prop.cause if reached and status == FAILED else ""
-        said = (found.cause, found.mistake, found.advice) if found else (cause,)
+                    name = verdict.task.name
+                    found = reader.upheld(name, expected, cases, drawn, parts, table.name, data)
+        said = found or (prop.cause if reached and status == FAILED else "",)
         verdict.add(Check(prop.name, "properties", status, message, None, None, *said))
 
 

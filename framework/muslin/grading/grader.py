@@ -22,6 +22,7 @@ from muslin.base.version import __version__
 from muslin.grading import checks, simulating
 from muslin.grading.checks import Verdict
 from muslin.grading.kernels import Store, tidy
+from muslin.grading.reader import Reader
 from muslin.grading.record import Record, TaskResult
 from muslin.grading.sandbox import Sandbox
 from muslin.grading.stages import Progress, Stages
@@ -107,9 +108,11 @@ def grade(
     of_instructor = checks.instructors_cases(table, folder)
     store = Store(None if fresh else handed.about.sha256)
     kept = [*map(Path, secrets), *([folder] if folder else [])]
-    # the sandbox is left first: whatever interrupts us ends the workers, and with them what the pool waits for
-    with ThreadPoolExecutor(max(2, runtime.usable_cores())) as pool, Sandbox(safety, kept) as sandbox:
-        stages = Stages(sandbox, pool, table, handed, store, deadline or table.grading.deadline, on_progress)
+    allowed = deadline or table.grading.deadline
+    cores = max(2, runtime.usable_cores())
+    # the pool is left last: whatever interrupts us ends reader and workers, and with them what the pool waits for
+    with ThreadPoolExecutor(cores) as pool, Sandbox(safety, kept) as sandbox, Reader() as reader:
+        stages = Stages(sandbox, reader, pool, table, handed, store, allowed, on_progress)
         stages.public()
         stages.properties(drawn_from)
         laws = () if only else stages.laws()

@@ -11,16 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from muslin import reading
 from muslin.base import paths
-from muslin.base.errors import MuslinError
 from muslin.grading import calls, wire
 from muslin.grading.checks import Outcome
 from muslin.grading.kernels import sound
 from muslin.grading.patience import Patience
 from muslin.grading.sandbox import Answer, Crashed, Sandbox, Worker
 from muslin.grading.submission import Handed
-from muslin.reading import source
 from muslin.tasks import MANIFEST, Assignment, Task
 from muslin.tasks.constants import personal
 
@@ -47,8 +44,8 @@ class Part:
     tasks : list of Task
     kernels : dict
         What is compiled so far, for the next worker.
-    notes : dict
-        What a reader notices in the text of a task's function.
+    data : bytes
+        The file, as it was handed in; empty if it was not.
     """
 
     def __init__(
@@ -65,9 +62,9 @@ class Part:
         self.kernels = kernels
         self._missing = handed.refused.get(file)
         self._files = {file: handed.files[file]} if file in handed.files else {}
+        self.data = handed.files.get(file, b"")
         self._worker: Worker | None = None
         self._failures: dict[str, list[str]] = {}
-        self.notes: dict[str, list[str]] = {}
         self._loaded = False
         self._broken: Outcome | None = None  # the file itself cannot be loaded
 
@@ -112,22 +109,12 @@ class Part:
             return None
         self._worker = self._sandbox.worker(debug=debug)
         kernels = {} if debug else self.kernels
-        failures, notes, trouble = load(
-            self._worker, self._table, self._files, kernels, patience, self._deadline
-        )
+        failures, trouble = load(self._worker, self._table, self._files, kernels, patience, self._deadline)
         if trouble is None:
-            self._failures, self.notes, self._loaded = failures, notes, True
+            self._failures, self._loaded = failures, True
         elif not self._loaded:  # so it never will be
             self._broken = trouble
         return trouble
-
-    @property
-    def text(self) -> str:
-        """The file as text; empty if it is none."""
-        try:
-            return source.decoded(self._files.get(self.file, b""))
-        except MuslinError:
-            return ""
 
     def forgive(self) -> None:
         """Let a file that could not be loaded try once more."""
@@ -167,8 +154,8 @@ def load(
     kernels: Kernels,
     patience: Patience,
     allowed: float,
-) -> tuple[dict[str, list[str]], dict[str, list[str]], Outcome | None]:
-    """Load task files into a worker: what is wrong with which function, what is noticed in it, or why it failed."""
+) -> tuple[dict[str, list[str]], Outcome | None]:
+    """Load task files into a worker: what is wrong with which function, or why it failed."""
     given = paths.assignment(table.name)
     manifest = (given / MANIFEST).read_bytes()
     if table.student:
@@ -178,23 +165,11 @@ def load(
     header, _, trouble = ask(worker, {"do": "load"}, {**kernels, **arrays}, patience, allowed, {})
     if trouble is not None:
         prefix = "" if trouble.kind in ("code", "stub") else "While the file is imported: "
-        return {}, {}, Outcome((), trouble.kind, prefix + trouble.text, worker.printed())
+        return {}, Outcome((), trouble.kind, prefix + trouble.text, worker.printed())
     failures = header.get("failures")
     if not isinstance(failures, dict) or not all(_is_error(entry) for entry in failures.values()):
-        return {}, {}, Outcome(kind="garbled", text=_GARBLED)
-    return failures, _notes(header.get("notes")), None
-
-
-def _notes(found: Any) -> dict[str, list[str]]:
-    """Notes on functions as a worker sends them; what does not look like that is left out."""
-    if not isinstance(found, dict):
-        return {}
-    texts = {
-        task: [note[: reading.LONGEST] for note in notes if isinstance(note, str)][: reading.MOST]
-        for task, notes in found.items()
-        if isinstance(notes, list)
-    }
-    return {task: notes for task, notes in texts.items() if notes}
+        return {}, Outcome(kind="garbled", text=_GARBLED)
+    return failures, None
 
 
 def ask(

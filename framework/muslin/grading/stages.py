@@ -29,6 +29,7 @@ from muslin.grading.checks import Hidden, Outcome, Verdict
 from muslin.grading.kernels import Store
 from muslin.grading.parts import Part
 from muslin.grading.patience import Patience
+from muslin.grading.reader import Reader
 from muslin.grading.record import PASSED, Check, Simulation
 from muslin.grading.sandbox import Sandbox
 from muslin.grading.submission import Handed
@@ -50,6 +51,8 @@ class Stages:
     Parameters
     ----------
     sandbox : Sandbox
+    reader : Reader
+        Who reads its text.
     pool : Executor
         In which parts are asked side by side.
     table : Assignment
@@ -70,6 +73,7 @@ class Stages:
     def __init__(
         self,
         sandbox: Sandbox,
+        reader: Reader,
         pool: Executor,
         table: Assignment,
         handed: Handed,
@@ -78,7 +82,7 @@ class Stages:
         on_progress: Progress | None = None,
     ):
         self._sandbox, self._pool, self._table, self._handed = sandbox, pool, table, handed
-        self._store, self._on_progress = store, on_progress
+        self._reader, self._store, self._on_progress = reader, store, on_progress
         self._parts = [Part(sandbox, table, handed, file, deadline, store.load(file)) for file in table.files]
         self._done, self._total = 0, 2 * len(table.tasks) + 1
         self.verdicts = {name: Verdict(task) for name, task in table.tasks.items()}
@@ -95,8 +99,7 @@ class Stages:
         def judge(verdict: Verdict, outcome: Outcome | None) -> None:
             assert outcome is not None
             part = home[verdict.task.name]
-            notes = part.notes.get(verdict.task.name, ())
-            checks.judge_public(self._table, verdict, outcome, notes, part.text)
+            checks.judge_public(self._table, verdict, outcome, self._reader, part.data)
             self._tick(verdict.task.name)
 
         self._asked("form", ask, judge)
@@ -113,7 +116,8 @@ class Stages:
 
         def judge(verdict: Verdict, outcome: Outcome | None) -> None:
             name = verdict.task.name
-            checks.judge_properties(self._table, verdict, drawn[name], outcome, home[name].text)
+            given = self._table, verdict, drawn[name], outcome
+            checks.judge_properties(*given, self._reader, home[name].data)
 
         self._asked("properties", ask, judge)
 
@@ -159,7 +163,7 @@ class Stages:
         worker = self._sandbox.worker(bare=False)
         try:
             known = self._store.load("simulation")
-            _, _, trouble = parts.load(worker, self._table, files, known, patience, allowed)
+            _, trouble = parts.load(worker, self._table, files, known, patience, allowed)
             run: Mapping[str, np.ndarray] = {}
             if trouble is None:
                 request = {"do": "simulate", "stand_ins": self._stand_ins()}

@@ -250,7 +250,7 @@ def serve(
     """
     import numpy as np
 
-    from muslin import reading, tasks
+    from muslin import tasks
     from muslin.base.errors import MuslinError, NotImplementedYet, said
     from muslin.grading import calls, wire
     from muslin.tasks import batch, plain
@@ -283,7 +283,6 @@ def serve(
                     if tasks.failure_of(functions[task])
                 }
                 reply["failures"] = failures
-                reply["notes"] = {task: reading.told(functions[task]) for task in table.tasks}
             elif header["do"] == "evaluate":
                 assert functions is not None
                 task, function = table.tasks[header["task"]], functions[header["task"]]

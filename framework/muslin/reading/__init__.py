@@ -21,7 +21,7 @@ from muslin.reading.plain_habits import PLAIN
 from muslin.reading.source import read_once
 from muslin.reading.traps import TRAPS
 
-__all__ = ["Note", "born", "notes", "of", "returned", "row", "told"]
+__all__ = ["Note", "born", "notes", "of", "returned", "row", "told", "told_of"]
 
 #: Most notes shown of a function, and the longest of them [characters].
 MOST, LONGEST = 3, 400
@@ -79,15 +79,19 @@ def of(function: Callable[..., Any]) -> list[Note]:
     if getattr(function, "failure", None) is not None:
         return []
     task = getattr(function, "task", None)
-    asked = tuple(value.name for value in task.results) if task is not None else ()
-    sizes = {v.name: v.shape[0] for v in task.seen if len(v.shape) == 1} if task is not None else {}
-    in_python = task is not None and task.in_python
     try:
-        return notes(_text(function), inspect.unwrap(function).__code__.co_name, asked, sizes, in_python)
-    except (
-        Exception
-    ):  # a look at the text is a help, not a duty: no odd text may keep a function from being run
+        return _of(_text(function), inspect.unwrap(function).__code__.co_name, task)
+    except Exception:  # a look at the text is a help: no odd text may keep a function from being run
         return []
+
+
+def _of(text: str, name: str, task: Any) -> list[Note]:
+    """What is noticed in a function of a file, and in view of its entry in the task table, if it has one."""
+    if task is None:
+        return notes(text, name)
+    asked = tuple(value.name for value in task.results)
+    sizes = {v.name: v.shape[0] for v in task.seen if len(v.shape) == 1}
+    return notes(text, name, asked, sizes, task.in_python)
 
 
 def _text(function: Callable[..., Any]) -> str:
@@ -101,7 +105,16 @@ def row(function: Callable[..., Any], line: int) -> str:
 
 def told(function: Callable[..., Any]) -> list[str]:
     """What is noticed in a function that has been loaded, as it is shown: the first few, shortened."""
-    return [str(note)[:LONGEST] for note in of(function)[:MOST]]
+    return _first(of(function))
+
+
+def told_of(text: str, task: Any) -> list[str]:
+    """What is noticed in a task's function that has not been loaded: in the text of its file alone."""
+    return _first(_of(text, task.name, task))
+
+
+def _first(found: list[Note]) -> list[str]:
+    return [str(note)[:LONGEST] for note in found[:MOST]]
 
 
 def returned(function: Callable[..., Any]) -> tuple[int, str] | None:

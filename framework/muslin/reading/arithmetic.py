@@ -12,12 +12,8 @@ from typing import Any
 
 import numpy as np
 
-#: Largest whole number that all cases share.
-LARGEST = 2**31
-
-
-class Unclear(Exception):
-    """The text holds something that is not understood here."""
+from muslin.reading import bounds
+from muslin.reading.bounds import Unclear
 
 
 def rank(value: Any) -> int:
@@ -101,9 +97,7 @@ def combined(op: ast.operator, a: Any, b: Any) -> Any:
     if type(op) not in _BINARY:
         raise Unclear
     made = _BINARY[type(op)](*aligned(a, b))
-    if isinstance(made, int) and abs(made) > LARGEST:
-        raise Unclear
-    return made
+    return bounds.shared(made) if isinstance(made, int) else made
 
 
 def vector(value: Any) -> np.ndarray:
@@ -205,7 +199,7 @@ def cast(value: Any, whole: bool) -> Any:
     if not whole:
         return np.asarray(value, dtype=np.float64) if isinstance(value, np.ndarray) else float(value)
     with np.errstate(all="ignore"):
-        return value.astype(np.int64) if isinstance(value, np.ndarray) else int(value)
+        return value.astype(np.int64) if isinstance(value, np.ndarray) else bounds.shared(int(value))
 
 
 def chosen(holds: np.ndarray, yes: Any, no: Any) -> Any:

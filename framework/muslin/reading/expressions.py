@@ -13,9 +13,7 @@ import numpy as np
 from muslin.reading.arithmetic import (
     COMPARE,
     ELEMENTWISE,
-    LARGEST,
     METHODS,
-    Unclear,
     aligned,
     cast,
     checked,
@@ -24,12 +22,10 @@ from muslin.reading.arithmetic import (
     rank,
     vector,
 )
+from muslin.reading.bounds import LARGEST, SIZE, Unclear
 
 if TYPE_CHECKING:
     from muslin.reading.meaning import Meaning
-
-#: Longest loop; most rows and columns of a matrix.
-PASSES, SIZE = 128, 12
 
 #: Variables and their values.
 Env = dict[str, Any]
@@ -135,7 +131,7 @@ def _comprehended(meaning: Meaning, node: Any, env: Env) -> Any:
     if len(node.generators) != 1 or node.generators[0].ifs:
         raise Unclear
     (one,), inside, found = node.generators, dict(env), []
-    for item in list(meaning.passes(one.iter, env))[:PASSES]:
+    for item in meaning.passes(one.iter, env):
         meaning.assign_loop(one.target, item, inside)
         found.append(meaning.value(node.elt, inside))
     return tuple(found)

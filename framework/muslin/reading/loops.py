@@ -7,13 +7,16 @@ outside are added to, or written to entry by entry, and nothing else.
 from __future__ import annotations
 
 import ast
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from muslin.reading.arithmetic import Unclear, form, whole
+from muslin.reading import bounds
+from muslin.reading.arithmetic import form, whole
+from muslin.reading.bounds import Unclear
 from muslin.reading.expressions import index
 
 if TYPE_CHECKING:
@@ -125,6 +128,8 @@ def at_once(
         return False
     passes, count = len(over), meaning.count
     rows = passes * count
+    if rows > bounds.BESIDE_EACH_OTHER:
+        return False
     inside: dict[str, Any] = {}
     asked = meaning.names(statement) | meaning.new_names()
     for name in (
@@ -137,7 +142,10 @@ def at_once(
             if name in asked:
                 return False
             continue
-        inside[name] = np.repeat(value, passes, axis=0) if np.ndim(value) and len(value) == count else value
+        if np.ndim(value) and len(value) == count:
+            meaning.counted(np.size(value) * passes)
+            value = np.repeat(value, passes, axis=0)
+        inside[name] = value
     columns = list(zip(*over, strict=True)) if isinstance(over[0], tuple) else [tuple(over)]
     arrays = [np.tile(np.array(column), count) for column in columns]
     targets = [t for loop in nest.loops for t in _one_by_one(loop.target)]
@@ -148,6 +156,7 @@ def at_once(
     sums = {}
     for name in summed:
         shape = (rows, *form(env[name]))
+        meaning.counted(math.prod(shape))
         sums[name] = Sum(np.zeros(shape), np.zeros(shape, dtype=bool))
     values = meaning.wide_values
     if meaning.rows_of.setdefault(id(statement), rows) != rows and not meaning.recording:

@@ -17,13 +17,15 @@ import ast
 import copy
 import itertools
 import operator
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from muslin.reading.arithmetic import METHODS, Unclear, cast, checked, chosen, combined, form, rank, whole
-from muslin.reading.expressions import PASSES, READERS, Fixed, function_of, index
+from muslin.reading import bounds
+from muslin.reading.arithmetic import METHODS, cast, checked, chosen, combined, form, rank, whole
+from muslin.reading.bounds import Unclear
+from muslin.reading.expressions import READERS, Fixed, function_of, index
 from muslin.reading.loops import FEWEST, MANY, ROWS, Nest, Wide, at_once, nested
 
 __all__ = ["METHODS", "Fixed", "Meaning", "Same", "Unclear"]
@@ -119,7 +121,7 @@ class Meaning:
         self._same: dict[int, int] = {}  # which node an alias stands for
         self._inner: frozenset[int] | None = None  # what stood in the node that is replaced
         self._dirty: set[str] = set()
-        self._steps, self._recording, self.spent = 0, True, 0
+        self._steps, self._made, self._recording, self.spent = 0, 0, True, 0
         self._first = True
         self._depth = 0
         self.wide: Wide | None = None
@@ -151,7 +153,7 @@ class Meaning:
             If that changes nothing.
         """
         self._alive += changes.values()
-        self._over, self._steps = changes, 0
+        self._over, self._steps, self._made = changes, 0, 0
         homes = {self._home.get(key, self.node.name) for key in changes} - {self.node.name}
         self._dirty = set(self.functions) if homes else set()
         places = [self.statement.get(key) for key in changes]
@@ -169,7 +171,7 @@ class Meaning:
         Unclear
             If it cannot be worked out.
         """
-        self._over, self._steps, self._dirty = changes, 0, set()
+        self._over, self._steps, self._made, self._dirty = changes, 0, 0, set()
         self._alive += changes.values()
         count, wide = self.count, self.wide
         env = self.here.get(id(node))
@@ -398,9 +400,9 @@ class Meaning:
         dirty = not all(self._clean(loop.iter) for loop in nest.loops)
         key = (id(statement), len(nest.loops))
         known = self._passes.get(key) if not dirty and self._depth == 0 and self.wide is None else None
-        over = list(self._over_all(nest.loops, env)) if known is None else known
-        if len(over) > PASSES or statement.orelse:
+        if statement.orelse:
             raise Unclear
+        over = self._over_all(nest.loops, env) if known is None else known
         fixed = not any(self.names(loop.iter) & self.variables.keys() for loop in nest.loops)
         if fixed and not dirty and self._depth == 0 and all(type(item) in (int, tuple) for item in over):
             self._passes[key] = over
@@ -432,13 +434,16 @@ class Meaning:
                 return found
         return None
 
-    def _over_all(self, loops: Sequence[ast.For], env: dict[str, Any]) -> Iterator[Any]:
+    def _over_all(self, loops: Sequence[ast.For], env: dict[str, Any]) -> list[Any]:
         """What a loop runs over; of several within each other all their numbers together."""
-        if len(loops) == 1:
-            yield from self.passes(loops[0].iter, env)
-        else:
-            for items in itertools.product(*(list(self.passes(loop.iter, env)) for loop in loops)):
-                yield tuple(n for item in items for n in (item if isinstance(item, tuple) else (item,)))
+        each = [self.passes(loop.iter, env) for loop in loops]
+        if len(each) == 1:
+            return each[0]
+        bounds.together(each)
+        return [
+            tuple(n for item in items for n in (item if isinstance(item, tuple) else (item,)))
+            for items in itertools.product(*each)
+        ]
 
     def assign_loop(self, target: ast.expr, item: Any, env: dict[str, Any]) -> None:
         """Give the variables of a loop their values."""
@@ -453,32 +458,31 @@ class Meaning:
         else:
             raise Unclear
 
-    def passes(self, node: Any, env: dict[str, Any]) -> Iterator[Any]:
+    def passes(self, node: Any, env: dict[str, Any]) -> list[Any]:
         """What a loop runs over."""
         node = self._over.get(id(node), node)
         if isinstance(node, (ast.List, ast.Tuple)):
-            yield from (self.value(entry, env) for entry in node.elts)
-            return
+            return [self.value(entry, env) for entry in bounds.passes(node.elts)]
         if not isinstance(node, ast.Call):
             raise Unclear
         name = function_of(node)
         if name in ("static", "grouped") and len(node.args) == 1:
-            yield from self.passes(node.args[0], env)
-        elif name == "range":
+            return self.passes(node.args[0], env)
+        if name == "range":
             limits = [self.value(a, env) for a in node.args]
             if not all(type(n) is int for n in limits) or not limits:
                 raise Unclear
-            yield from range(*limits)
-        elif name == "ndrange":
+            return bounds.passes(checked(range, *limits))
+        if name == "ndrange":
             sizes = [self.value(a, env) for a in node.args]
-            if not all(type(n) is int and 0 <= n <= PASSES for n in sizes):
+            if not all(type(n) is int and n >= 0 for n in sizes):
                 raise Unclear
-            yield from (tuple(map(int, index)) for index in np.ndindex(*sizes))
-        elif name in ("enumerate", "zip"):
-            lists = [list(self.passes(a, env)) for a in node.args]
-            yield from (enumerate(lists[0]) if name == "enumerate" else zip(*lists, strict=False))
-        else:
-            raise Unclear
+            bounds.together([range(n) for n in sizes])
+            return [tuple(map(int, index)) for index in np.ndindex(*sizes)]
+        if name in ("enumerate", "zip") and node.args:
+            lists = [self.passes(a, env) for a in node.args]
+            return list(enumerate(lists[0]) if name == "enumerate" else zip(*lists, strict=False))
+        raise Unclear
 
     # -- expressions
 
@@ -507,6 +511,8 @@ class Meaning:
         if reader is None:
             raise Unclear
         found = reader(self, node, env)
+        if isinstance(found, np.ndarray):
+            self.counted(found.size)
         self._see(key, found)
         if self._first and not isinstance(found, (list, tuple)):
             self.forms[key] = form(found)
@@ -518,6 +524,12 @@ class Meaning:
             else:
                 (self.values if self.wide is None else self.wide_values)[key] = found
         return found
+
+    def counted(self, numbers: int) -> None:
+        """Take note of a value that is made in this run, of so many numbers."""
+        self._made += numbers
+        if numbers > bounds.NUMBERS or self._made > bounds.MADE:
+            raise Unclear
 
     def _see(self, key: int, value: Any) -> None:
         if self.seen is not None and self.wide is None:

@@ -13,10 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from muslin.reading.arithmetic import Unclear
+from muslin.reading import bounds
+from muslin.reading.bounds import Unclear
 
-#: Steps of one run; largest array [entries].
-STEPS, LARGEST = 12_000, 64
+#: Steps of one run.
+STEPS = 12_000
 
 OPERATIONS: Mapping[type[ast.AST], Callable[..., Any]] = {
     ast.Add: operator.add, ast.Sub: operator.sub, ast.Mult: operator.mul, ast.Div: operator.truediv,
@@ -134,7 +135,7 @@ class Stepping:
         return GOES_ON
 
     def _loop(self, s: Any) -> Any:
-        passes = iter(self.value(s.iter)) if isinstance(s, ast.For) else None
+        passes = iter(self._passes(s.iter)) if isinstance(s, ast.For) else None
         while True:
             self._step()
             if passes is not None:
@@ -163,19 +164,26 @@ class Stepping:
     def _holds(self, node: ast.expr) -> bool:
         return bool(self.value(node))
 
+    def _passes(self, node: ast.expr) -> Any:
+        """What a loop runs over: a range of any length, since each pass is a step."""
+        found = self._whatever(node)
+        return found if isinstance(found, range) else bounds.plain(found)
+
     def value(self, node: Any) -> Any:
         """What an expression comes to."""
+        return bounds.plain(self._whatever(node))
+
+    def _whatever(self, node: Any) -> Any:
+        """What an expression comes to, of any size."""
         self._step()
         if id(node) in self.changes:
             changes = self.changes
             self.changes = {key: new for key, new in changes.items() if key != id(node)}
             try:
-                return self.value(changes[id(node)])
+                return self._whatever(changes[id(node)])
             finally:
                 self.changes = changes
         found = self._value(node)
-        if isinstance(found, np.ndarray) and found.size > LARGEST:
-            raise Unclear
         if self.seen is not None:
             self.seen[id(node)] = found
         return found
@@ -214,7 +222,9 @@ class Stepping:
     def _operation(self, op: ast.AST, a: Any, b: Any) -> Any:
         if type(op) not in OPERATIONS or (isinstance(op, ast.Pow) and not abs(np.max(np.abs(b))) < 64):
             raise Unclear
-        return OPERATIONS[type(op)](a, b)
+        if isinstance(op, (ast.Add, ast.Mult)):
+            bounds.repeated(a, b)
+        return bounds.plain(OPERATIONS[type(op)](a, b))
 
     def _called(self, node: ast.Call) -> Any:
         arguments = [self.value(a) for a in node.args]

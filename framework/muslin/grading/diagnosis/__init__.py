@@ -7,7 +7,7 @@ or in some of the cases (`conditions`); at last what one slip in a right formula
 (`muslin.grading.slips`). No solution is needed: what mistakes make of the cases is data. Where the student's text is
 known, the one change of it that makes all cases right is told beside (`muslin.grading.repairing`).
 
-Runs in the grader's parent process, on plain arrays; the text is read, and never run.
+Runs beside the grader, in the process of `muslin.grading.reader`, on plain arrays; the text is read, and never run.
 """
 
 from __future__ import annotations
