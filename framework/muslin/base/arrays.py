@@ -9,6 +9,7 @@ TINY = 1e-30 if REAL is ti.f32 else 1e-300
 
 scalars = ti.types.ndarray(dtype=REAL, ndim=1)
 integers = ti.types.ndarray(dtype=ti.i32, ndim=1)
+index2 = ti.types.ndarray(dtype=ti.types.vector(2, ti.i32), ndim=1)
 index3 = ti.types.ndarray(dtype=ti.types.vector(3, ti.i32), ndim=1)
 index4 = ti.types.ndarray(dtype=ti.types.vector(4, ti.i32), ndim=1)
 vec3s = ti.types.ndarray(dtype=ti.types.vector(3, REAL), ndim=1)

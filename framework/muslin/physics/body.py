@@ -144,21 +144,26 @@ class Body:
 
     # What steps are made of ---------------------------------------------------------------------------------
 
-    def assembly(self, layout: Layout, data: np.ndarray | None = None) -> Assembly:
-        """What writes M + scale d2V/dx2 to a layout of blocks; `prepare` the Hessian before calling it."""
-        return self._assembly(layout, self.mass_factor, data)
+    def assembly(self, layout: Layout, data: np.ndarray | None = None, lasting: bool = True) -> Assembly:
+        """What writes M + scale d2V/dx2 to a layout of blocks; `prepare` the Hessian before calling it.
 
-    def _assembly(self, layout: Layout, mass: np.ndarray, data: np.ndarray | None = None) -> Assembly:
+        `lasting`: whether it will be called often.
+        """
+        return self._assembly(layout, self.mass_factor, data, lasting)
+
+    def _assembly(
+        self, layout: Layout, mass: np.ndarray, data: np.ndarray | None = None, lasting: bool = True
+    ) -> Assembly:
         from muslin.physics.elements.pattern import Assembly
 
         hessians, hinges = self.elements["hessian"].hessians, self.bending
         if hinges is None:
-            return Assembly(self.pattern, layout, mass, hessians, data)
+            return Assembly(self.pattern, layout, mass, hessians, data, lasting=lasting)
         if self._factors is None:
             self._factors = hinges.factors(self.pattern)
         constant = self._factors
         more = None if constant is not None else (hinges.element.cells, hinges.element.hessians)
-        return Assembly(self.pattern, layout, mass, hessians, data, constant, more)
+        return Assembly(self.pattern, layout, mass, hessians, data, constant, more, lasting)
 
     def impulse(self, damping: float = 0.0) -> Callable[[np.ndarray, np.ndarray, float], np.ndarray]:
         """What computes M v + dt (force - gradient) of (v, force, dt); `prepare` the gradient before calling it.

@@ -103,13 +103,17 @@ def _equations(
     n, h = len(X), len(cells)
     if runtime.plain():
         flat, corners, ptr = np.ravel(triangles), incidence.corners, incidence.ptr
-        share, edges, inner = np.empty(n), *np.zeros((2, n), dtype=np.int32)
-        east, north, entries = np.empty((n, 3)), np.empty((n, 3)), np.empty((h, 10))
-        room = np.empty((len(triangles), 3)), np.empty(len(triangles))
+        edges, inner, entries = np.zeros(n, np.int32), np.empty(n, np.int32), np.empty((h, 10))
+        room = (
+            edges,
+            np.empty((len(triangles), 3)),
+            np.empty(len(triangles)),
+            np.empty(n),
+            *np.empty((2, n, 3)),
+        )
         ends = np.empty(n + 1, dtype=np.int32), np.empty(h, dtype=np.int32)
-        launched("around", X, flat, ptr, corners, cells, edges, *ends, *room, share, inner, east, north)
         parts = (weight, mean, alpha, real, imag)
-        launched("equations", AVERAGE, X, cells, share, inner, east, north, *parts, entries)
+        launched("equations", AVERAGE, X, flat, ptr, corners, cells, *parts, *room, *ends, inner, entries)
         return entries, inner, ends
     x = np.ascontiguousarray(X.T)
     share, inner, east, north = _around(x, triangles, cells)

@@ -78,13 +78,15 @@ def geometry(
 
 
 @ti.kernel
-def around(
-    x: vec3s, triangles: integers, ptr: integers, corners: integers, cells: index4, edges: integers,
-    first: integers, high: integers, doubled: vec3s, third: scalars, share: scalars, inner: integers, east: vec3s,
-    north: vec3s,
+def equations(
+    average: float, x: vec3s, triangles: integers, ptr: integers, corners: integers, cells: index4, weight: scalars,
+    mean: scalars, alpha: scalars, real: scalars, imag: scalars, edges: integers, doubled: vec3s, third: scalars,
+    share: scalars, east: vec3s, north: vec3s, first: integers, high: integers, inner: integers, entries: rows,
 ):  # fmt: skip
-    """Of each vertex: its share of the area, whether all its edges are hinges, east and north; and the `first` hinge
-    of which it is the lower end. Of each hinge: the higher end.
+    """What each hinge adds to the five equations of its two ends, the lower one first, (h, 10).
+
+    For that, of each vertex: its `share` of the area, whether all its edges are hinges (`inner`), `east` and `north`;
+    and the `first` hinge of which it is the lower end. Of each hinge: the higher end.
     """
     ti.loop_config(serialize=True)
     for _ in range(1):
@@ -122,14 +124,6 @@ def around(
         d = d - dot(d, normal) * normal
         d = d / ti.sqrt(dot(d, d))
         east[i], north[i] = d, normal.cross(d)
-
-
-@ti.kernel
-def equations(
-    average: float, x: vec3s, cells: index4, share: scalars, inner: integers, east: vec3s, north: vec3s,
-    weight: scalars, mean: scalars, alpha: scalars, real: scalars, imag: scalars, entries: rows,
-):  # fmt: skip
-    """What each hinge adds to the five equations of its two ends, (h, 10)."""
     ti.loop_config(serialize=True)
     for e in range(cells.shape[0]):
         edge = x[cells[e][1]] - x[cells[e][0]]

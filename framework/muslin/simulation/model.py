@@ -140,10 +140,11 @@ class Model:
         pinned[self.pinned] = True
         tolerance = min(self.tolerance, CONTACT_TOLERANCE) if self.contact == "solve" else self.tolerance
         system = (body.pattern.row, body.pattern.col, pinned, self.solver, self.project, body.X, tolerance)
-        make = functools.partial(System, *system, solid=body.pattern.corners == 4, lasting=self.lasting)
+        said = {"solid": body.pattern.corners == 4, "lasting": self.lasting, "ptr": body.pattern.ptr}
+        make = functools.partial(System, *system, **said)
         self.system = make(varying=self.barrier is not None)
         self._make = make
-        self._assemble = body.assembly(self.system.layout, self.system.data)
+        self._assemble = body.assembly(self.system.layout, self.system.data, self.lasting)
         self._impulse = body.impulse(self.damping)
         self._diagonal: Assembly | None = None
         touchable = body.of_surface & ~pinned

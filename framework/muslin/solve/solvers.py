@@ -111,6 +111,8 @@ class System:
     lasting : bool
         Whether many systems of this pattern will be solved. If not, a solver is made by its `passing`, if it has
         that: with less care for the order of elimination.
+    ptr : (n + 1,) int32 array, optional
+        Where each row begins, if that is known.
 
     Attributes
     ----------
@@ -134,6 +136,7 @@ class System:
         solid: bool = False,
         varying: bool = False,
         lasting: bool = True,
+        ptr: np.ndarray | None = None,
     ):
         n = len(pinned)
         self._kernels = cholmod.fast if solid else contextlib.nullcontext
@@ -145,8 +148,9 @@ class System:
             number = np.cumsum(~pinned) - 1
             kept, outside = ~pinned[row] & ~pinned[col], ~pinned[row] & pinned[col]
             inner, outer = (number[row[kept]], number[col[kept]]), (row[outside], col[outside])
-        indptr = pointers(inner[0], k) if k else np.zeros(1, np.int32)
-        graph = sp.csr_matrix((np.ones(len(inner[1]), np.int8), inner[1], indptr), shape=(k, k))
+        if ptr is None or self._any_pinned:
+            ptr = pointers(inner[0], k)
+        graph = sp.csr_matrix((np.ones(len(inner[1]), np.int8), inner[1], ptr), shape=(k, k))
         self.name = choose(solver, k)
         self.solver: Solver | None = None
         self._varying: Varying | None = None

@@ -99,13 +99,13 @@ def across(
             begin[i] = to
             r, last, k = ptr[i], ptr[i + 1], 0
             while r < last:
-                k += corners[r] % 4 > 1
+                k += (corners[r] & 3) > 1
                 r += 1
             for corner in ti.static((2, 3)):
                 r = ptr[i]
                 while r < last:
-                    e = corners[r] // 4
-                    if corners[r] % 4 == corner:
+                    e = corners[r] >> 2
+                    if corners[r] & 3 == corner:
                         pull = weight[e] * c[e][2] * c[e][3]
                         columns[to], entries[to] = i, pull
                         columns[to + k], entries[to + k] = cells[e][5 - corner], -pull

@@ -132,7 +132,7 @@ def pairs(cells: np.ndarray, ptr: np.ndarray, rows: np.ndarray) -> tuple[np.ndar
     first = np.empty(n + 1, dtype=np.int32)
     numbers, others, row, col = np.empty((4, k * k * m), dtype=np.int32)
     begin = np.empty(k * k * m + 1, dtype=np.int32)
-    _run("pairs", k, whole(cells).ravel(), ptr, rows, first, numbers, others, row, col, begin)
+    _run(f"pairs_of_{k}", whole(cells).ravel(), ptr, rows, first, numbers, others, row, col, begin)
     found = first[n]
     return row[:found].copy(), col[:found].copy(), numbers, begin[: found + 1].copy(), first
 

@@ -30,46 +30,52 @@ def grouped(labels: integers, place: integers, order: integers, ptr: integers):
             k += 1
 
 
-@ti.kernel
-def pairs(
-    k: int, cells: integers, ptr: integers, rows: integers, first: integers, number: integers, others: integers,
-    row: integers, col: integers, begin: integers,
-):  # fmt: skip
-    """Each pair of a cell's corners: `number`s by vertex, and there by the other vertex; and where those are new."""
-    ti.loop_config(serialize=True)
-    for _ in range(1):
-        n, j, blocks = ptr.shape[0] - 1, 0, 0
-        while j < n:  # `first` is where the next number of each vertex goes
-            first[j] = k * ptr[j]
-            j += 1
-        j = 0
-        while j < n:
-            r, last = ptr[j], ptr[j + 1]
-            while r < last:
-                corner = rows[r]
-                c = corner % k
-                begins, a = corner - c, 0
-                while a < k:
-                    i = cells[begins + a]
-                    at = first[i]
-                    others[at], number[at] = j, k * (begins + a) + c
-                    first[i] = at + 1
-                    a += 1
-                r += 1
-            j += 1
-        i, at = 0, 0
-        while i < n:
-            last, before = k * ptr[i + 1], -1
-            first[i] = blocks
-            while at < last:
-                j = others[at]
-                if j != before:
-                    row[blocks], col[blocks], begin[blocks] = i, j, at
-                    blocks += 1
-                    before = j
-                at += 1
-            i += 1
-        begin[blocks], first[n] = at, blocks
+def _pairs(k: int):
+    """Kernel of each pair of a cell's k corners: by vertex, and there by the other vertex; and where those are new."""
+
+    @ti.kernel
+    def kernel(
+        cells: integers, ptr: integers, rows: integers, first: integers, number: integers, others: integers,
+        row: integers, col: integers, begin: integers,
+    ):  # fmt: skip
+        ti.loop_config(serialize=True)
+        for _ in range(1):
+            n, j, blocks = ptr.shape[0] - 1, 0, 0
+            while j < n:  # `first` is where the next number of each vertex goes
+                first[j] = k * ptr[j]
+                j += 1
+            j = 0
+            while j < n:
+                r, last = ptr[j], ptr[j + 1]
+                while r < last:
+                    corner = rows[r]
+                    c = corner % k
+                    begins = corner - c
+                    for a in ti.static(range(k)):
+                        i = cells[begins + a]
+                        at = first[i]
+                        others[at], number[at] = j, k * (begins + a) + c
+                        first[i] = at + 1
+                    r += 1
+                j += 1
+            i, at = 0, 0
+            while i < n:
+                last, before = k * ptr[i + 1], -1
+                first[i] = blocks
+                while at < last:
+                    j = others[at]
+                    if j != before:
+                        row[blocks], col[blocks], begin[blocks] = i, j, at
+                        blocks += 1
+                        before = j
+                    at += 1
+                i += 1
+            begin[blocks], first[n] = at, blocks
+
+    return kernel
+
+
+pairs_of_3, pairs_of_4 = _pairs(3), _pairs(4)
 
 
 @ti.kernel

@@ -193,6 +193,8 @@ class Assembly:
         Factor of the identity in each block, which belongs to the Hessian [N/m].
     more : (cells, rows), optional
         Other cells (l, c) within the pattern, and their Hessians (c c l, 3, 3).
+    lasting : bool
+        Whether many matrices will be assembled, so that much may be done to do that fast.
     """
 
     def __init__(
@@ -204,6 +206,7 @@ class Assembly:
         data: np.ndarray | None = None,
         constant: np.ndarray | None = None,
         more: tuple[np.ndarray, np.ndarray] | None = None,
+        lasting: bool = True,
     ):
         k = pattern.find(layout.row, layout.col) if layout.number is None else layout.number
         self.data = np.empty(layout.size) if data is None else data
@@ -214,16 +217,14 @@ class Assembly:
         self._mass = mass.take(k)
         self._varying = None if constant is None else (self._mass.copy(), constant.take(k))
         kernel = assemble_modes if rows.ndim == 2 else assemble_blocks
-        begin, numbers = chosen(pattern.block_ptr, pattern.block_rows, k)
+        gathered = _rows(pattern.block_ptr, pattern.block_rows, k, lasting)
         serial = is_small(len(layout.start), 50)
         out = (self._scale, self.data)
-        self._launch = Launch(
-            kernel(serial), rows, begin, numbers, layout.start, layout.stride, self._mass, *out
-        )
+        self._launch = Launch(kernel(serial), rows, *gathered, layout.start, layout.stride, self._mass, *out)
         self._more = None
         if more is not None:
             numbers, ptr = pattern.gathering(more[0])
-            others = chosen(ptr, numbers, k)
+            others = _rows(ptr, numbers, k, lasting)
             self._more = Launch(add_blocks(serial), more[1], *others, layout.start, layout.stride, *out)
 
     def __call__(self, scale: float) -> np.ndarray:
@@ -261,6 +262,20 @@ class Assembly:
         own, added = self._order[first[which] + np.arange(len(which)) - begin], blocks[which]
         for a, b in itertools.product(range(3), repeat=2):
             np.add.at(self.data, layout.start[own] + a * layout.stride[own] + b, added[:, a, b])
+
+
+def _rows(
+    ptr: np.ndarray, numbers: np.ndarray, which: np.ndarray, lasting: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Some rows of numbers (row k: from ptr[k] on): where each begins and ends, (k, 2) int32, and the numbers.
+
+    If it is `lasting`, one behind the other: a large sheet is assembled a tenth faster then.
+    """
+    begin, end = ptr[:-1].take(which), ptr[1:].take(which)
+    if lasting:
+        begin, numbers = chosen(ptr, numbers, which)
+        begin, end = begin[:-1], begin[1:]
+    return np.stack([begin, end], axis=1), numbers
 
 
 class KineticEnergy:

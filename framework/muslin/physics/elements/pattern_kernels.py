@@ -2,7 +2,7 @@
 
 import functools
 
-from muslin.base.arrays import integers, mat3s, rows, scalars, vec3s
+from muslin.base.arrays import index2, integers, mat3s, rows, scalars, vec3s
 from muslin.base.engine import ti
 from muslin.physics.elements import modes
 
@@ -36,7 +36,7 @@ def assemble_modes(serial: bool):
     @ti.kernel
     def kernel(
         row: rows,
-        ptr: integers,
+        begin_end: index2,
         index: integers,
         start: integers,
         stride: integers,
@@ -47,7 +47,7 @@ def assemble_modes(serial: bool):
         ti.loop_config(serialize=serial)
         for k in range(start.shape[0]):
             total = ti.Matrix.zero(float, 3, 3)
-            for c in range(ptr[k], ptr[k + 1]):
+            for c in range(begin_end[k][0], begin_end[k][1]):
                 e, pair = index[c] // 9, index[c] % 9
                 total += modes.load(row, e, pair // 3, pair % 3)
             _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
@@ -62,7 +62,7 @@ def assemble_blocks(serial: bool):
     @ti.kernel
     def kernel(
         blocks: mat3s,
-        ptr: integers,
+        begin_end: index2,
         index: integers,
         start: integers,
         stride: integers,
@@ -73,7 +73,7 @@ def assemble_blocks(serial: bool):
         ti.loop_config(serialize=serial)
         for k in range(start.shape[0]):
             total = ti.Matrix.zero(float, 3, 3)
-            for c in range(ptr[k], ptr[k + 1]):
+            for c in range(begin_end[k][0], begin_end[k][1]):
                 total += blocks[index[c]]
             _write(data, start[k], stride[k], scale[0] * total + mass[k] * ti.Matrix.identity(float, 3))
 
@@ -87,7 +87,7 @@ def add_blocks(serial: bool):
     @ti.kernel
     def kernel(
         blocks: mat3s,
-        ptr: integers,
+        begin_end: index2,
         index: integers,
         start: integers,
         stride: integers,
@@ -97,7 +97,7 @@ def add_blocks(serial: bool):
         ti.loop_config(serialize=serial)
         for k in range(start.shape[0]):
             total = ti.Matrix.zero(float, 3, 3)
-            for c in range(ptr[k], ptr[k + 1]):
+            for c in range(begin_end[k][0], begin_end[k][1]):
                 total += blocks[index[c]]
             for a, b in ti.static(ti.ndrange(3, 3)):
                 data[start[k] + a * stride[k] + b] += scale[0] * total[a, b]
