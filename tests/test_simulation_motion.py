@@ -92,6 +92,32 @@ def test_gravity_does_the_work_it_promises():
     np.testing.assert_allclose(run.energies.kinetic, mass * v**2 / 2, rtol=1e-9, atol=1e-15)
 
 
+def test_a_velocity_for_each_vertex_starts_a_spin_that_keeps_its_angular_momentum(tmp_path):
+    options = {"cloths": "rest", "gravity": (0, 0, 0), "steps": 16, "dt": 1e-3, "frame_every": 4}
+    at_rest = muslin.simulate("freefall", **options | {"steps": 1})
+    x = at_rest.body.X - at_rest.body.X.mean(axis=0)
+    spin = 3.0 * np.cross(np.broadcast_to((0.0, 1.0, 0.0), x.shape), x)
+    whole = muslin.simulate("freefall", start_velocity=spin, out=tmp_path / "whole", **options)
+    m = at_rest.body.mass
+    assert whole.energies.kinetic[0] == pytest.approx(0.5 * spin.ravel() @ (m @ spin.ravel()), rel=1e-12)
+    L = np.stack([whole.energies[name] for name in ("lx", "ly", "lz")], axis=1)
+    assert np.abs(L[0]).max() > 1e-4
+    np.testing.assert_allclose(L, np.broadcast_to(L[0], L.shape), atol=1e-3 * np.abs(L[0]).max())
+
+    muslin.simulate("freefall", start_velocity=spin, out=tmp_path / "part", **options | {"steps": 8})
+    resumed = muslin.simulate("freefall", out=tmp_path / "part", resume=True, steps=16)
+    np.testing.assert_array_equal(resumed.x, whole.x)
+
+
+def test_a_velocity_for_each_vertex_that_is_the_same_for_all_is_the_scenes_parameter():
+    one = muslin.simulate("hang", resolution=5, steps=3, start_velocity=(1, 2, 3))
+    each = muslin.simulate("hang", resolution=5, steps=3, start_velocity=np.tile((1, 2, 3), (len(one.x), 1)))
+    np.testing.assert_array_equal(each.x, one.x)
+    for wrong in (np.zeros((3, 3)), np.full((len(one.x), 3), np.nan), np.zeros((len(one.x), 2))):
+        with pytest.raises(MuslinError, match="start_velocity has"):
+            muslin.simulate("hang", resolution=5, steps=3, start_velocity=wrong)
+
+
 @pytest.mark.filterwarnings("ignore")
 def test_an_explosion_is_reported_with_its_step(tmp_path):
     with pytest.raises(SimulationError, match=r"exploded at step \d+"):

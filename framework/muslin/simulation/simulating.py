@@ -107,6 +107,29 @@ def _apart(scene: Scene, body: Body, x: np.ndarray) -> dict[str, Any]:
     return {"barrier" if exact else "self_contact": contact}
 
 
+def _moving(state: State, velocities: np.ndarray, pinned: np.ndarray) -> State:
+    """The state with a velocity for each vertex, pinned ones at rest.
+
+    Raises
+    ------
+    MuslinError
+        If there is not one for each, or one is not finite.
+    """
+    if velocities.shape != state.x.shape or not np.isfinite(velocities).all():
+        what = (
+            f"the shape {velocities.shape}"
+            if velocities.shape != state.x.shape
+            else "a number that is not finite"
+        )
+        raise MuslinError(
+            f"start_velocity has {what}.",
+            f"Give three numbers, or a finite array {state.x.shape}: one row for each vertex of this mesh.",
+        )
+    v = velocities.astype(float)
+    v[pinned] = 0.0
+    return State(state.x, v)
+
+
 def _start(scene: Scene, mesh: Mesh | TetMesh) -> np.ndarray:
     """Where a mesh's vertices are at the start, (n, 3)."""
     x = np.ascontiguousarray(scene.start(scene, mesh))
@@ -190,7 +213,8 @@ def simulate(
         Called before the first step with each thing a person should know of the mesh (see `Scene.remarks`), and with
         each parameter given that has no effect in this scene, which without it is a warning of Python's.
     **parameters
-        Any scene parameter: mu, lam, dt, gravity, pinned, scale, sphere, ...
+        Any scene parameter: mu, lam, dt, gravity, pinned, scale, sphere, ... `start_velocity` may be an array
+        (n, 3), too: a velocity for each vertex [m/s], of which those of pinned ones do not count.
 
     Returns
     -------
@@ -210,9 +234,14 @@ def simulate(
             raise MuslinError(f"A resumed run keeps its parameters: {', '.join(changed)} cannot change.")
         return _resume(scene, functions, steps, out, on_step)
     out = None if out is None else handed.path("out", out)
+    velocities = None
+    if np.ndim(given := parameters.get("start_velocity", 0)) == 2 and not isinstance(given, str):
+        velocities = handed.real("start_velocity", parameters.pop("start_velocity"))
     chosen, mesh = _chosen(scene, mesh, parameters if steps is None else parameters | {"steps": steps})
     functions = taken(functions)
     model, state = build(chosen, functions, energy, hessian, mesh, stand_ins)
+    if velocities is not None:
+        state = _moving(state, velocities, model.pinned)
     own = scene if isinstance(scene, Scene) else scenes.get(scene)
     for remark in idle.remarks(chosen, (n for n in parameters if getattr(chosen, n) != getattr(own, n))):
         if on_notice:

@@ -65,7 +65,7 @@ MEANINGS: dict[str, dict[str, Meaning]] = {
         "tilt": M("of a cloth that starts lying, about the x axis", "degrees"),
         "sag": M("how far corners hang below the middle of `drape`'s sheet", "m"),
         "stretch": M("factors on the starting positions along x, y and z, about their middle"),
-        "start_velocity": M("of all vertices that are not pinned", "m/s"),
+        "start_velocity": M("of all vertices that are not pinned; in Python one for each, too", "m/s"),
         "turns": M("by which the bar of `twist` starts wound up"),
         "spread": M("half angle of the cone the cape starts on; `cape` only", "rad"),
     },
