@@ -160,7 +160,7 @@ def test_where_nothing_says_which_assignment_it_is_its_files_do(work, tmp_path):
         shutil.copy(paths.assignment("solids") / file, solids)
     assert muslin.grade(solids).assignment["name"] == "solids"
     (solids / "forces.py").unlink()
-    assert muslin.grade(solids).assignment["name"] == "cloth"  # nothing tells them apart
+    assert muslin.grade(solids).assignment["name"] == "solids"  # by what its functions take
     (solids / "shape_functions.py").rename(solids / "essay.py")
     said = told("grade", str(solids), folder=tmp_path, code=1)
     assert "It was taken for cloth; --assignment names another: cloth, solids, toy." in " ".join(said.split())
