@@ -161,7 +161,7 @@ def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, reader:
         verdict.status = _STATUS.get(outcome.kind, ERROR)
         text = "not implemented yet" if outcome.kind == "stub" else outcome.text
         likely = None
-        if outcome.kind == "code" and not task.in_python:
+        if outcome.kind == "code" or (task.in_python and outcome.kind in ("late", "python")):
             inputs, expected = reference.cases(table.name, task.name)
             likely = reader.misfit(task.name, expected, inputs, table.name, data)
         verdict.checks.append(Check("runs", "form", FAILED, text, None, None, *(likely or ())))

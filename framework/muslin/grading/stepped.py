@@ -7,6 +7,7 @@ hang on an expression is not asked, each change is tried on the cases (`muslin.r
 from __future__ import annotations
 
 import ast
+import contextlib
 import itertools
 import warnings
 from collections.abc import Iterator, Mapping
@@ -14,11 +15,9 @@ from typing import Any
 
 import numpy as np
 
-from muslin import tasks
-from muslin.base import paths
 from muslin.base.errors import MuslinError
-from muslin.judging.reference import TOLERANCE
-from muslin.reading.arithmetic import Unclear
+from muslin.grading.marching import FAILS, Marching
+from muslin.judging import Property, Seen
 from muslin.reading.repairs.pieces import (
     OPERATORS,
     Repair,
@@ -30,28 +29,10 @@ from muslin.reading.repairs.pieces import (
     text_of,
     times,
 )
-from muslin.reading.repairs.readable import ordinary
-from muslin.reading.source import Source
-from muslin.reading.stepping import STEPS, Stepping, TooLong
 from muslin.tasks import Task
-from muslin.tasks.plain import builder
 
-#: Most steps of all runs together; most cases that are tried of each change; most steps of one case then.
-SPENT, CASES, BRIEF = 900_000, 12, 2000
-
-#: What is so much larger than the right answer hangs on the rounding of every step.
-FAR = 100
-
-FAILS = (
-    Unclear,
-    ValueError,
-    TypeError,
-    KeyError,
-    IndexError,
-    AttributeError,
-    ArithmeticError,
-    np.linalg.LinAlgError,
-)
+#: Most steps of all runs together.
+SPENT = 800_000
 
 #: A change: the kind, words, what stands instead of what, by id.
 Change = tuple[str, str, Mapping[int, Any]]
@@ -69,12 +50,12 @@ def stepped(
     text: str,
     task: Task,
     inputs: Mapping[str, np.ndarray],
-    got: np.ndarray,
+    got: np.ndarray | None,
     expected: np.ndarray,
     scale: np.ndarray,
     assignment: str,
-) -> Repair | None:
-    """The plainest change of a function's text that makes its answers right; None if there is none.
+) -> tuple[Repair | None, Seen | None]:
+    """The plainest change of a function's text that makes its answers right, or else what its way there shows.
 
     Parameters
     ----------
@@ -84,99 +65,96 @@ def stepped(
     inputs : dict of ndarray, (b, ...)
         The public cases.
     got, expected : ndarray, (b, ...)
-        What came, and what is right.
+        What came, and what is right; nothing came where it is not known, or did not come to an end.
     scale : ndarray, (b,)
         What errors are measured against.
     assignment : str
     """
-    try:
-        with np.errstate(all="ignore"), warnings.catch_warnings():
-            warnings.simplefilter("ignore")
-            if not ordinary(text):
-                return None
-            node = Source(text).functions[task.name].node
-            return _Marches(node, task, inputs, got, expected, scale, assignment).found()
-    except (MuslinError, RecursionError, *FAILS):
-        return None
+    with contextlib.suppress(MuslinError, RecursionError, StopIteration, *FAILS), _quietly():
+        marching = Marching(text, task, inputs, got, expected, scale, assignment)
+        change = _Marches(marching).found()
+        return change, None if change is not None else marching.watched()
+    return None, None
+
+
+def unkept(
+    text: str,
+    task: Task,
+    prop: Property,
+    broken: Mapping[str, np.ndarray],
+    inputs: Mapping[str, np.ndarray],
+    expected: np.ndarray,
+    scale: np.ndarray,
+    assignment: str,
+) -> tuple[Repair | None, Seen | None]:
+    """As `stepped`, of a function that is right in all cases and breaks a property: on inputs it was asked for that."""
+    with contextlib.suppress(MuslinError, RecursionError, StopIteration, *FAILS), _quietly():
+        marching = Marching(text, task, inputs, expected, expected, scale, assignment)
+        change = _Marches(marching, (prop, broken)).found()
+        if change is not None:
+            return change, None
+        shown = np.zeros((len(next(iter(broken.values()))), *expected.shape[1:]))
+        return None, Marching(text, task, broken, None, shown, shown, assignment).watched(numbered=False)
+    return None, None
+
+
+@contextlib.contextmanager
+def _quietly() -> Iterator[None]:
+    with np.errstate(all="ignore"), warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        yield
 
 
 class _Marches:
-    """A function on the cases, those that are wrong first."""
+    """The changes of a function on its cases; before them on the inputs of a property that does not hold."""
 
     def __init__(
-        self,
-        node: ast.FunctionDef,
-        task: Task,
-        inputs: Any,
-        got: Any,
-        expected: Any,
-        scale: Any,
-        assignment: str,
+        self, marching: Marching, broken: tuple[Property, Mapping[str, np.ndarray]] | None = None
     ) -> None:
-        table = tasks.assignment(assignment)
-        build = builder(task, table, paths.assignment(assignment))
-        if build is None:
-            raise Unclear
-        self.node, self.expected, self.scale, self.spent = node, expected, scale, 0
-        error = np.abs(got - expected).reshape(len(expected), -1).max(axis=1)
-        right = error <= TOLERANCE * scale
-        wrong = np.flatnonzero(~right)
-        self.order = [*wrong[:CASES], *np.flatnonzero(right)[: CASES // 2]]
-        self.cases = {}
-        for k in self.order:
-            case = {key: array[k] for key, array in inputs.items()}
-            given = build(**case)
-            own = {v.name: given.get(v.name, case.get(v.name)) for v in task.arguments}
-            self.cases[k] = {key: _plain(value) for key, value in own.items()}
+        self.marching, self.node, self.broken = marching, marching.node, broken
         self.seen: dict[int, Any] = {}
-        for k in (*self.order[:3], self.order[-1]):
-            try:
-                came = self._come({}, k, self.seen)
-            except TooLong:
-                continue
-            tame = np.isfinite(got[k]).all() and np.abs(got[k]).max() < FAR * scale[k]
-            if tame and not np.allclose(came, got[k], rtol=1e-6, atol=1e-9 * scale[k]):
-                raise Unclear
-
-    def _come(self, changes: Mapping[int, Any], k: int, seen: dict[int, Any] | None = None) -> np.ndarray:
-        stepping = Stepping(self.node, changes, seen, BRIEF if changes else STEPS)
-        case = {
-            key: value.copy() if isinstance(value, np.ndarray) else value
-            for key, value in self.cases[k].items()
-        }
-        try:
-            return np.asarray(stepping.run(case), dtype=np.float64)
-        finally:
-            self.spent += stepping.steps
-
-    def _right(self, changes: Mapping[int, Any]) -> bool:
-        for k in self.order:
-            try:
-                came = self._come(changes, k)
-            except FAILS:
-                return False
-            if came.shape != self.expected[k].shape:
-                return False
-            if not np.abs(came - self.expected[k]).max() <= TOLERANCE * self.scale[k]:
-                return False
-        return True
+        self.compared = marching.compared(self.seen)
 
     def found(self) -> Repair | None:
         """The first change that makes all cases right."""
+        if not self.compared:
+            return None
         for kind, words, changes in itertools.chain(
-            self._symbols(), self._anew(), self._larger(), self._numbers(), self._lines()
+            self._added(),
+            self._symbols(),
+            self._moved(),
+            self._anew(),
+            self._numbers(),
+            self._larger(),
+            self._lines(),
         ):
-            if self.spent > SPENT:
+            if self.marching.spent > SPENT:
                 return None
-            if self._right(changes):
-                line = min(n.lineno for n in ast.walk(self.node) if id(n) in changes)  # type: ignore[attr-defined]
+            if self.broken is not None and not self.marching.holds(*self.broken, changes):
+                continue
+            if self.marching.right(changes) and self.marching.sound(changes):
+                line = min(n.lineno for n in self._nodes() if id(n) in changes)
                 return Repair(kind, "stepped", line, words, {})
         return None
+
+    def _nodes(self) -> Iterator[Any]:
+        for node in self.marching.functions:
+            yield from ast.walk(node)
+
+    def _added(self) -> Iterator[Change]:
+        """A line that adds up, and should take away, multiply or divide."""
+        for _, body in self._blocks():
+            for s in body:
+                for other in (ast.Add, ast.Sub, ast.Mult, ast.Div) if isinstance(s, ast.AugAssign) else ():
+                    if isinstance(s, ast.AugAssign) and not isinstance(s.op, other):
+                        stands, belongs = OPERATORS.get(type(s.op)), OPERATORS[other]
+                        words = f"{stands}= stands in place of {belongs}= in {code(s)}"
+                        yield "operation", words, {id(s): [ast.AugAssign(s.target, other(), s.value)]}
 
     def _expressions(self) -> list[Any]:
         return [
             n
-            for n in ast.walk(self.node)
+            for n in self._nodes()
             if isinstance(n, ast.expr)
             and isinstance(getattr(n, "ctx", ast.Load()), ast.Load)
             and id(n) in self.seen
@@ -190,6 +168,10 @@ class _Marches:
                 for meant in COMPARED.get(type(node.ops[0]), ()):
                     new: ast.expr = ast.Compare(node.left, [meant()], node.comparators)
                     yield self._change("condition", node, new, "the condition is not the right one: ")
+        for node in nodes:
+            if isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub)):
+                other: ast.operator = ast.Sub() if isinstance(node.op, ast.Add) else ast.Add()
+                yield self._change("sign", node, ast.BinOp(node.left, other, node.right), "a sign is wrong: ")
         for node in nodes:
             if isinstance(node, ast.Name) and not callable(self.seen[id(node)]):
                 form = np.shape(self.seen[id(node)])
@@ -211,13 +193,16 @@ class _Marches:
                 continue
             if form and len(form) == 1:
                 yield self._change("sign", node, minus(node), "a sign is wrong: ")
-            elif isinstance(node, (ast.BinOp, ast.Call, ast.Name)):
+            squared = isinstance(node, ast.BinOp) and isinstance(node.op, ast.MatMult)
+            if isinstance(node, (ast.Call, ast.Subscript, ast.BinOp)) and not form and not squared:
+                for vector in self._vectors(node):
+                    words = "the length of the whole vector is meant: "
+                    yield self._change("length", node, _norm(vector), words)
+        for node in nodes:
+            number = not callable(self.seen[id(node)]) and not self._form(node)
+            if number and isinstance(node, (ast.BinOp, ast.Call, ast.Name)):
                 root = method(name("np"), "sqrt", node)
                 yield self._change("power", node, root, "a root is missing: ")
-            if isinstance(node, ast.Call) and len(node.args) == 1 and not form and self._form(node.args[0]):
-                yield self._change(
-                    "length", node, _norm(node.args[0]), "the length of the whole vector is meant: "
-                )
         for node in nodes:
             if isinstance(node, ast.Compare):
                 yield self._change(
@@ -226,6 +211,11 @@ class _Marches:
             elif isinstance(node, ast.BoolOp):
                 turned = ast.Or() if isinstance(node.op, ast.And) else ast.And()
                 yield self._change("condition", node, ast.BoolOp(turned, node.values), "")
+
+    def _vectors(self, node: ast.expr) -> list[ast.expr]:
+        """The vectors a number is made of."""
+        names = {n.id: n for n in ast.walk(node) if isinstance(n, ast.Name) and len(self._form(n)) == 1}
+        return [*names.values()] if len(names) == 1 else []
 
     def _numbers(self) -> Iterator[Change]:
         """A number that is another one."""
@@ -238,28 +228,24 @@ class _Marches:
 
     def _operations(self, node: ast.BinOp) -> Iterator[Change]:
         left, right = node.left, node.right
-        for other in (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.MatMult):
-            if not isinstance(node.op, other):
-                belongs, stands = OPERATORS[other], OPERATORS.get(type(node.op), "")
-                kind = "sign" if {belongs, stands} == {"+", "-"} else "operation"
-                words = "a sign is wrong: " if kind == "sign" else f"{stands} stands in place of {belongs}: "
-                yield self._change(kind, node, ast.BinOp(left, other(), right), words)
         for side, gone in ((left, right), (right, left)):
             yield self._change("extra", node, side, f"{code(gone)} does not belong there: ")
+        for other in (ast.Add, ast.Sub, ast.Mult, ast.Div, ast.MatMult):
+            if not isinstance(node.op, other) and not {type(node.op), other} <= {ast.Add, ast.Sub}:
+                belongs, stands = OPERATORS[other], OPERATORS.get(type(node.op), "")
+                words = f"{stands} stands in place of {belongs}: "
+                yield self._change("operation", node, ast.BinOp(left, other(), right), words)
         if isinstance(node.op, ast.MatMult) and len(self._form(left)) == 2:
             words = "a product is made where a linear system should be solved: "
             yield self._change("operation", node, function("solve", left, right), words)
 
     def _lines(self) -> Iterator[Change]:
         """A line that is missing, too much, elsewhere, or adds up."""
-        for outer, body in _blocks(self.node):
+        for outer, body in self._blocks():
             loop = isinstance(outer, (ast.For, ast.While))
+            if loop:
+                yield from self._uncounted(outer, body)
             for k, s in enumerate(body):
-                if isinstance(s, ast.AugAssign):
-                    for other in (ast.Add, ast.Sub, ast.Mult, ast.Div):
-                        if not isinstance(s.op, other):
-                            words = f"{OPERATORS.get(type(s.op))}= stands in place of {OPERATORS[other]}= in {code(s)}"
-                            yield "operation", words, {id(s): [ast.AugAssign(s.target, other(), s.value)]}
                 if (
                     loop
                     and isinstance(s, ast.Assign)
@@ -272,20 +258,59 @@ class _Marches:
                 ):
                     where = "the loop ends here in its first step: " if body[-1] is s and loop else ""
                     yield "loop", f"{where}{code(s)} does not belong there", {id(s): []}
+                elif isinstance(s, ast.If) and not isinstance(s.body[-1], (ast.Break, ast.Return)) and loop:
+                    ends = f"break is missing behind {code(s.body[-1])}: the loop goes on"
+                    yield "loop", ends, {id(s.body[-1]): [s.body[-1], ast.Break()]}
                 elif isinstance(s, (ast.Assign, ast.AugAssign)):
                     yield "extra", f"{code(s)} does not belong there: the line is one too many", {id(s): []}
 
     def _anew(self) -> Iterator[Change]:
         """A line that is missing in a loop, as it stands before it."""
-        lines = [
-            s for s in ast.walk(self.node) if isinstance(s, ast.Assign) and isinstance(s.value, ast.Call)
-        ]
-        for outer, body in _blocks(self.node):
+        lines = [s for s in self._nodes() if isinstance(s, ast.Assign) and isinstance(s.value, ast.Call)]
+        for outer, body in self._blocks():
             for s in lines if isinstance(outer, (ast.For, ast.While)) else ():
                 if not any(inner is s for inner in ast.walk(outer)):
                     said = f"{code(s)} is missing in the loop: it should be done anew in every step"
                     yield "loop", f"{said}, at its end", {id(body[-1]): [body[-1], s]}
                     yield "loop", f"{said}, at its beginning", {id(body[0]): [s, body[0]]}
+
+    def _uncounted(self, loop: Any, body: list[ast.stmt]) -> Iterator[Change]:
+        """A count that the loop waits for, and which is never raised in it."""
+        if not isinstance(loop, ast.While):
+            return
+        stored = {n.id for n in ast.walk(loop) if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Store)}
+        for n in ast.walk(loop.test):
+            if isinstance(n, ast.Name) and n.id not in stored and isinstance(self.seen.get(id(n)), int):
+                counts = ast.AugAssign(ast.Name(n.id, ast.Store()), ast.Add(), ast.Constant(1))
+                words = f"the loop waits for `{n.id}`, which is never raised in it: {code(counts)} is missing"
+                yield "loop", words, {id(body[-1]): [body[-1], counts]}
+
+    def _moved(self) -> Iterator[Change]:
+        """A line that belongs a line further up, or behind the block it stands in, or in the loop before it."""
+        for _, body in self._blocks():
+            for s, after in itertools.pairwise(body):
+                both = (_plain_line(s) or isinstance(s, ast.If)) and (
+                    _plain_line(after) or isinstance(after, ast.If)
+                )
+                if both:
+                    words = f"{_head(after)} belongs before {_head(s)}"
+                    yield "order", words, {id(s): [after], id(after): [s]}
+                if isinstance(s, (ast.For, ast.While, ast.If)) and _plain_line(after):
+                    words = f"{code(after)} belongs in the {_called(s)} before it, at its end: indent it"
+                    yield "loop", words, {id(s.body[-1]): [s.body[-1], after], id(after): []}
+                if isinstance(s, (ast.For, ast.While, ast.If)) and _ends(s.body):
+                    yield self._behind(s)
+            if body and isinstance(body[-1], (ast.For, ast.While, ast.If)) and _ends(body[-1].body):
+                yield self._behind(body[-1])
+
+    def _behind(self, outer: Any) -> Change:
+        last = outer.body[-1]
+        words = f"{code(last)} belongs behind the {_called(outer)}: it is indented too much"
+        return "loop", words, {id(last): [], id(outer): [outer, last]}
+
+    def _blocks(self) -> Iterator[tuple[Any, list[ast.stmt]]]:
+        for node in self.marching.functions:
+            yield from _blocks(node)
 
     def _larger(self) -> Iterator[Change]:
         """A factor, or a term, that is missing."""
@@ -319,13 +344,10 @@ class _Marches:
 
     def _names(self, form: tuple[int, ...]) -> list[str]:
         """Names of numbers, or arrays, of a shape."""
-        found = {n.id for n in ast.walk(self.node) if isinstance(n, ast.Name) and id(n) in self.seen}
         values = {
-            n.id: self.seen[id(n)]
-            for n in ast.walk(self.node)
-            if isinstance(n, ast.Name) and id(n) in self.seen
+            n.id: self.seen[id(n)] for n in self._nodes() if isinstance(n, ast.Name) and id(n) in self.seen
         }
-        return sorted(key for key in found if not callable(values[key]) and np.shape(values[key]) == form)
+        return sorted(key for key in values if not callable(values[key]) and np.shape(values[key]) == form)
 
     def _change(self, kind: str, node: ast.expr, new: ast.expr, words: str, shown: str = "") -> Change:
         belongs = f"`{shown.format(text_of(node))}`" if shown else code(new)
@@ -352,5 +374,19 @@ def _norm(node: ast.expr) -> ast.expr:
     return method(ast.Attribute(name("np"), "linalg", ast.Load()), "norm", node)
 
 
-def _plain(value: Any) -> Any:
-    return value.item() if isinstance(value, np.generic) else value
+def _plain_line(s: ast.stmt) -> bool:
+    return isinstance(s, (ast.Assign, ast.AugAssign))
+
+
+def _ends(body: list[ast.stmt]) -> bool:
+    """Whether a block ends with a line that may stand behind it."""
+    return len(body) > 1 and (_plain_line(body[-1]) or isinstance(body[-1], ast.Return))
+
+
+def _head(s: ast.stmt) -> str:
+    """A line as it is named: of an if its condition."""
+    return f"`if {text_of(s.test)}: ...`" if isinstance(s, ast.If) else code(s)
+
+
+def _called(s: ast.stmt) -> str:
+    return "if" if isinstance(s, ast.If) else "loop"

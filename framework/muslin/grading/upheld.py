@@ -16,9 +16,11 @@ from typing import Any
 import numpy as np
 
 from muslin.base.errors import MuslinError
+from muslin.grading.diagnosis.marched import watched
 from muslin.grading.diagnosis.question import Diagnosis
 from muslin.grading.needs import IMPOSSIBLE
 from muslin.grading.repairing import Search
+from muslin.grading.stepped import unkept
 from muslin.grading.telling import told
 from muslin.judging import Given, Outputs, Property, judge, properties
 from muslin.judging.reference import natural_scale
@@ -72,10 +74,17 @@ def upheld(
     Diagnosis or None
         None if no change is found, or the text is not understood.
     """
-    if task.in_python or not text:
+    if not text:
         return None
     terms = judge(assignment, task.name).terms
     scales = [natural_scale(terms, right, inputs, k) for k, right in enumerate(expected)]
+    if task.in_python:
+        broken = next(
+            pair
+            for pair, part in zip(drawn, outputs, strict=True)
+            if not properties.judge(*pair, part) <= pair[0].tolerance
+        )
+        return watched(None, *unkept(text, task, *broken, inputs, expected[0], scales[0], assignment))
     try:
         with np.errstate(all="ignore"), warnings.catch_warnings():
             warnings.simplefilter("ignore")

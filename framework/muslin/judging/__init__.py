@@ -21,8 +21,10 @@ from muslin.judging.parts import (
     Outputs,
     Property,
     Rng,
+    Seen,
     Terms,
     Tested,
+    Way,
 )
 
 __all__ = [
@@ -40,7 +42,9 @@ __all__ = [
     "Outputs",
     "Property",
     "Rng",
+    "Seen",
     "Terms",
     "Tested",
+    "Way",
     "judge",
 ]

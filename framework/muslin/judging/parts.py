@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields
 from typing import Any
 
@@ -120,6 +120,51 @@ class Derivative:
     line: Callable[[Any], Line]
 
 
+@dataclass(frozen=True)
+class Way:
+    """How a function in plain Python went in one case, as far as it asked functions that it was given.
+
+    Attributes
+    ----------
+    given : dict
+        Its arguments by name.
+    asked : sequence of (name, arguments, answer, line)
+        What it asked which function, in order, and in which line of the student's file.
+    end : object
+        What it returned; None if it came to no end.
+    broken : bool
+        Whether that is because it raised an exception.
+    """
+
+    given: Mapping[str, Any]
+    asked: Sequence[tuple[str, tuple[Any, ...], Any, int]]
+    end: Any
+    broken: bool = False
+
+
+@dataclass(frozen=True)
+class Seen:
+    """Something that is wrong with the way a function went.
+
+    Attributes
+    ----------
+    cause : str
+        Stable key.
+    line : int
+        Where it shows; 0 if in no line in particular.
+    words, advice : str
+        What was seen, as half a sentence, and one next step.
+    why : str
+        What may explain it: told only where it is seen in every wrong case.
+    """
+
+    cause: str
+    line: int
+    words: str
+    advice: str
+    why: str = ""
+
+
 #: Gives the results of a task's function: (task, inputs by name) -> results in order.
 Ask = Callable[[str, Given], Outputs]
 
@@ -166,6 +211,8 @@ class Judge:
     steps : callable
         Inputs of a case -> what lies on the way to the result, by the handout's symbols.
     derivative : Derivative
+    watched : callable
+        `Way` -> what is wrong with it, each `Seen`, the first to say first.
     """
 
     draw: Callable[..., dict[str, Any]] | None = None
@@ -177,6 +224,7 @@ class Judge:
     conditions: Callable[[Given], Iterator[tuple[str, Any]]] | None = None
     steps: Callable[[Given], dict[str, Any]] | None = None
     derivative: Derivative | None = None
+    watched: Callable[[Way], Iterator[Seen]] | None = None
 
     @property
     def tolerance(self) -> float:

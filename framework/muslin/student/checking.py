@@ -81,7 +81,7 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
             message = str(error)
             function = loaded[file][name] if file in loaded else None
             found = None
-            if function is not None and not table.tasks[name].in_python:
+            if function is not None:
                 from muslin.grading.diagnosis import misfit
 
                 found = misfit(table.tasks[name], expected, inputs, assignment, source.glimpse(folder / file))
@@ -247,11 +247,25 @@ class Checker:
         except MuslinError:
             return ()
 
+    def _endless(self, workspace: Workspace, told: Report) -> Report:
+        """What keeps a function in plain Python from coming to an end, added to what is told of it."""
+        from muslin.grading.diagnosis import misfit
+        from muslin.judging import reference
+        from muslin.reading import source
+
+        table = workspace.table
+        task = table.tasks[told.task]
+        if not task.in_python:
+            return told
+        inputs, expected = reference.cases(table.name, told.task)
+        found = misfit(task, expected, inputs, table.name, source.glimpse(workspace.folder / task.file))
+        return replace(told, mistake=found.mistake, advice=found.advice) if found else told
+
     def _crashed(self, workspace: Workspace, name: str, crash: Crashed) -> Report:
         """What a crash was about: a second look, slower, names an index out of range."""
         told = Report(name, ERROR, crash.message, notes=self._read(workspace, name))
         if crash.late:
-            return told
+            return self._endless(workspace, told)
         try:
             with Worker(debug=True) as worker:
                 arguments = (workspace.folder, workspace.table.name, (name,))

@@ -82,6 +82,19 @@ def _few_steps(rng: Rng) -> Arrays:
     return {**a, "x": a["m"] + _way(a["A"], y), "kind": np.full(count, 2, np.int32), "most_steps": steps}
 
 
+def _short_on_the_way(rng: Rng) -> Arrays:
+    """As `_few_steps`, with a tolerance that holds after none, one or two steps, and not before."""
+    a = _few_steps(rng)
+    after = np.array([0, 1, 2, 0, 1, 2, 0, 1])
+    y = _slope(a, a["x"])
+    for k in range(2):
+        y = np.where((k < after)[:, None], -y * y, y)
+    slopes = a["w"] * y / (1 + y)
+    gradient = np.sum(a["A"] * slopes[:, :, None], axis=1)
+    tolerance = np.where(after == 2, 4, 1.5) * np.sqrt(np.sum(gradient * gradient, axis=1))
+    return {**a, "tolerance": tolerance, "most_steps": np.full(len(KINDS), 30, np.int32)}
+
+
 def _weighed(rng: Rng, a: Arrays) -> Arrays:
     """Change: the objective, and what counts as zero, times a factor."""
     return {"w": FACTOR * a["w"], "tolerance": FACTOR * a["tolerance"]}

@@ -21,6 +21,7 @@ import numpy as np
 from muslin import tasks
 from muslin.grading import fitting, repairing, slips, stepped
 from muslin.grading.diagnosis.factors import change_scaled, factor_of_each_case, scaled, sized
+from muslin.grading.diagnosis.marched import watched
 from muslin.grading.diagnosis.others import changed, digits, known, not_finite, singular, slipped
 from muslin.grading.diagnosis.own import repaired
 from muslin.grading.diagnosis.partial import conditions, parts, some, some_alike
@@ -102,11 +103,15 @@ def misfit(
     assignment: str,
     text: str,
 ) -> Diagnosis | None:
-    """Name what is wrong with the shapes in a function that does not compile, so that there is nothing to compare.
+    """Name what is wrong where there is nothing to compare: the shapes in a function that does not compile.
 
-    Parameters are those of `diagnose`.
+    In a function in plain Python: what keeps it from coming to an end, be it an exception. Parameters
+    are those of `diagnose`.
     """
     try:
+        if task.in_python:
+            scale = natural_scale(judge(assignment, task.name).terms, expected[0], inputs, 0)
+            return watched(None, *stepped.stepped(text, task, inputs, None, expected[0], scale, assignment))
         terms = judge(assignment, task.name).terms
         scales = [natural_scale(terms, right, inputs, k) for k, right in enumerate(expected)]
         return repaired(None, fitting.fitting(text, task.name, inputs, expected, scales))
@@ -136,11 +141,11 @@ def _diagnose(
 
     nearly = own.derivative is not None and within(INEXACT) and not within(own.tolerance)
     wrong = not nearly and not within(TOLERANCE)  # no change of the text is to blame
-    change = None
+    change = seen = None
     if text and wrong and (other := _other_constants(task, assignment, text)):
         return other
     if text and wrong and task.in_python:
-        change = stepped.stepped(text, task, inputs, got[0], expected[0], scales[0], assignment)
+        change, seen = stepped.stepped(text, task, inputs, got[0], expected[0], scales[0], assignment)
     elif text and wrong:
         change = repairing.looked_for(text, task.name, inputs, got, expected, scales, place)
     order = sorted(range(len(expected)), key=lambda k: expected[k].dtype.kind == "i")
@@ -160,7 +165,7 @@ def _diagnose(
         )
         about_all = [digits(question)] if nearly else _all(question)
         found += [_said(entries, d) for d in about_all if d is not None]
-    return repaired(_joined(found), change)
+    return watched(_joined(found), change, seen)
 
 
 def _other_constants(task: Task, assignment: str, text: str) -> Diagnosis | None:
