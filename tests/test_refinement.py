@@ -155,6 +155,14 @@ def test_what_is_true_of_all_parents_is_true_of_a_vertex():
     assert np.array_equal(refined.all_of(top), np.isclose(X[:, 1], mesh.vertices[:, 1].max(), atol=1e-12))
 
 
+def test_whole_numbers_are_spread_as_numbers_and_not_cut_off():
+    refined = Refinement.of(grid(2, 2)).refine([0])
+    found = refined.spread(np.array([1, 2, 4, 8]))
+    assert found[4] == pytest.approx(np.array([1, 2, 4, 8])[refined.parents[4]].sum() / 3, rel=1e-15)
+    assert found[4] % 1 != 0
+    assert found.dtype == np.float64
+
+
 @pytest.mark.parametrize(
     ("ask", "said"),
     [
@@ -165,6 +173,8 @@ def test_what_is_true_of_all_parents_is_true_of_a_vertex():
         (lambda r: r.coarsen([1000]), "There is no vertex 1000"),
         (lambda r: r.coarsen([2]), "was not added by refinement"),
         (lambda r: r.coarsen([16]), "refined further"),
+        (lambda r: r.spread(np.zeros((r.vertices + 1, 3))), "It takes 16 to"),
+        (lambda r: r.spread(np.zeros((15, 3))), "There are 15 values"),
     ],
 )
 def test_what_cannot_be_done_is_refused_with_a_message(ask, said):

@@ -90,22 +90,26 @@ class Refinement:
 
         Like every mean here it is (a + b + c) / 3, in this order: the same bits whenever it is computed.
         """
-        known = len(values)
-        out = np.concatenate([values, np.zeros((self.vertices - known, *values.shape[1:]), values.dtype)])
-        for of_one_age in self._ages(known):
+        none = np.zeros((self.vertices, *values.shape[1:]), np.float32)[len(values) :]
+        out = np.concatenate([values, none])  # whole numbers become doubles
+        for of_one_age in self._ages(len(values)):
             a, b, c = self.parents[of_one_age].T
             out[of_one_age] = (out[a] + out[b] + out[c]) / 3
         return out
 
     def all_of(self, values: np.ndarray) -> np.ndarray:
         """Truth values (k,) of the first k vertices, and of the others whether all their parents' are true, (n,)."""
-        out = np.concatenate([values, np.zeros(self.vertices - len(values), dtype=bool)])
+        out = np.concatenate([values, np.zeros(self.vertices, dtype=bool)[len(values) :]])
         for of_one_age in self._ages(len(values)) if values.any() else ():
             out[of_one_age] = out[self.parents[of_one_age]].all(axis=1)
         return out
 
     def _ages(self, known: int) -> list[np.ndarray]:
         """Vertices from number `known` on, those with one `born` together: their parents' is smaller."""
+        if not (least := self.vertices - self.added) <= known <= self.vertices:
+            raise MeshError(
+                f"There are {known} values.", f"It takes {least} to {self.vertices}, one a vertex."
+            )
         later = np.arange(known, self.vertices)
         ages = self.born[later]
         return [later[ages == age] for age in np.unique(ages)]
