@@ -781,6 +781,13 @@ def test_a_line_in_the_wrong_place_and_an_entry_for_the_whole_are_told(assignmen
             "used nowhere",
             "A + B + C",
         ),
+        (
+            "d2psi_dFij",
+            "K = dU @ diag(dpsi_ds) + U\nreturn K @ V.transpose() + U @ diag(dpsi_ds) @ dV.transpose()",
+            1,
+            "a factor is missing in `U`: `diag(d2psi_ds2 @ ds)`",
+            "U @ diag(d2psi_ds2 @ ds)",
+        ),
         (  # a value that is overwritten before it is read
             "dpsi_ds",
             "g = 2 * mu * ti.Vector([s[0] - 1, s[1] - 1, 0.0])\n"

@@ -84,7 +84,8 @@ def _at(search: Search, node: ast.expr) -> Iterator[Repair]:
         return
     if not _summed(scope, node):
         for text in _made(needed - stands, parts, vectors):
-            yield _term(search, node, text)
+            if not text.strip("-()").endswith(text_of(node)):  # of itself it is a factor
+                yield _term(search, node, text)
     if factor and stands.ndim == 1 and (np.abs(stands) > 0).all():
         for text in _made(needed / stands, parts, []):
             part = ast.parse(text, mode="eval").body

@@ -34,7 +34,7 @@ def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
         (KINDS.index(change.kind) for change in found if len(change.changes) == 1), default=len(KINDS)
     )
     found = [change for change in found if len(change.changes) == 1 or KINDS.index(change.kind) < single]
-    if len(found) < 2:
+    if len(found) < 2 or found[0].detail.startswith("once, never read"):
         return found[0]
     seen = [_seen(search, change) for change in found]
     touched = set().union(*seen)
@@ -43,7 +43,7 @@ def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
     alike = [change for change, score in zip(found, scores, strict=True) if score == best]
     alike.sort(key=_taken_for_another)
     same = [change for change in alike if change.kind == alike[0].kind]
-    if alike[0].kind == "lacks factor":  # that is no slip of a name alone
+    if alike[0].kind in ("lacks factor", "lacks term"):  # where all comes together, but not at a name alone
         first = min(same, key=lambda change: (_of_a_name(search, change), -change.line))
     else:
         first = min(same, key=lambda change: (_taken_for_another(change), change.line))

@@ -124,16 +124,20 @@ def _multiplied(
 def inserted(scope: Scope, node: ast.expr, form: Form) -> Found:
     """A matrix that is missing in a product: one with a name, its transpose, the diagonal one of a vector."""
     outer = scope.parent(node)
-    if not isinstance(node, ast.BinOp) or not isinstance(node.op, ast.MatMult):
-        return
     if isinstance(outer, ast.BinOp) and isinstance(outer.op, ast.MatMult):
         return
+    summed = isinstance(node, ast.BinOp) and isinstance(node.op, (ast.Add, ast.Sub))
+    if len(form) != 2 or not takes_a_factor(scope, node) or summed:
+        return
     every = chain(node, ast.MatMult)
-    for k in range(1, len(every)):
+    for k in range(1, len(every) + (len(every) == 1)):
         before = scope.form(every[k - 1])
         if before is None or len(before) != 2 or len(every) > 4:
             continue
         made = [function("diag", name(key)) for key in scope.vectors if scope.variables[key] == before[1:]]
+        for a, b in itertools.product(scope.matrices, scope.vectors):
+            if scope.variables[a] == (before[1], before[1]) and scope.variables[b] == before[1:]:
+                made.append(function("diag", ast.BinOp(name(a), ast.MatMult(), name(b))))
         square = [key for key in scope.matrices if scope.variables[key] == (before[1], before[1])]
         made += [m for key in square for m in (name(key), method(name(key), "transpose"))]  # type: ignore[misc]
         for part in made:
@@ -268,6 +272,7 @@ def addends(scope: Scope, node: ast.expr, form: Form) -> Found:
         for part in alike.counterparts(scope, term):
             text = f"a term like the others, with {names_in(part, scope.variables)},"
             found.setdefault(text_of(part), (text, part))
+    found.pop(text_of(node), None)  # twice is told as a factor
     for text, part in found.values():
         for op, verb in ((ast.Add(), "added"), (ast.Sub(), "subtracted")):
             shown = "" if "`" in text or len(text_of(part)) > SHOWN else f" ({code(part)})"
