@@ -21,7 +21,7 @@ def charged(steps, seconds=10.0):
     for count, (passed, used, busy) in enumerate(steps):
         at[0] = Sight(used, busy)
         try:
-            patience.charge(passed)
+            patience.charge(passed, passed)
         except TooLate:
             return count
     return None
@@ -48,9 +48,9 @@ def test_where_nothing_is_told_of_processes_all_time_counts():
     patience = Patience(1.0, look=lambda process: None)
     patience.watch(1)
     for _ in range(round(1 / LOOK)):
-        patience.charge(LOOK)
+        patience.charge(LOOK, LOOK)
     with pytest.raises(TooLate):
-        patience.charge(LOOK)
+        patience.charge(LOOK, LOOK)
 
 
 def test_what_has_come_is_taken_and_nobody_charged_however_long_the_grader_was_stopped():
@@ -85,6 +85,38 @@ def test_drops_without_end_come_to_their_end():
 
         with pytest.raises(TooLate):
             read_all()
+
+
+def test_who_waits_for_an_answer_is_not_charged_for_it_however_seldom_the_grader_gets_a_core():
+    """Each call comes late, and whoever looks then finds its caller asleep: 75 s of that leave all 10 s."""
+    ours, theirs = socket.socketpair()
+    clock = iter([0.3 * k for k in range(1000)])
+    with ours, theirs:
+        patience = Patience(10.0, clock=lambda: next(clock), look=lambda process: Sight(0.0, False))
+        patience.watch(1)
+        for _ in range(250):
+            theirs.send(b"x")
+            patience.wait(ours)
+            ours.recv(1)
+            patience.answered(1e-3)
+        patience.charge(9.9, 9.9)
+        with pytest.raises(TooLate):
+            patience.charge(0.2, 0.2)
+
+
+def test_what_has_come_while_one_looked_is_no_sleep():
+    patience = Patience(1.0, look=lambda process: Sight(0.0, False))
+    patience.watch(1)
+    for _ in range(20):
+        patience.charge(LOOK, LOOK, lambda: True)
+
+
+def test_answers_without_end_come_to_their_end():
+    patience = Patience(1.0, look=lambda process: Sight(0.0, False))
+    for _ in range(round(CAP)):
+        patience.answered(0.999)
+    with pytest.raises(TooLate):
+        patience.answered(0.1)
 
 
 @pytest.mark.skipif(not os.path.isdir("/proc/self/task"), reason="no /proc on this system")

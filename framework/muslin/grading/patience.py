@@ -1,9 +1,10 @@
 """How long a worker may take to answer: what it does is charged, what the machine keeps it from is not.
 
 A worker is charged the processor time it uses, and the time in which it sleeps. Time in which it would run and
-gets no core, because others use them all, is not charged; nor is time in which the grader itself is stopped. So a
-deadline means the same on a busy machine as on a quiet one, and a loop without end and a sleep without end both
-come to theirs. A generous cap on all the time that passes ends what neither computes nor sleeps.
+gets no core, because others use them all, is not charged; nor is time in which it waits for an answer to one of its
+own calls, or in which the grader itself is stopped. So a deadline means the same on a busy machine as on a quiet one,
+and a loop without end and a sleep without end both come to theirs. A generous cap on all the time that passes ends
+what neither computes nor sleeps.
 """
 
 from __future__ import annotations
@@ -75,29 +76,38 @@ class Patience:
         poll.register(channel, select.POLLOUT if writing else select.POLLIN)
         while True:
             since = self._clock()
-            ready = poll.poll(LOOK * 1000)
+            ready = bool(poll.poll(LOOK * 1000))
             # more than that, and the grader itself was kept from running
-            self._pending += min(self._clock() - since, 2 * LOOK)
-            if self._pending >= LOOK:
+            span = min(self._clock() - since, 2 * LOOK)
+            self._pending += span
+            if not ready or self._pending >= LOOK:
                 passed, self._pending = self._pending, 0.0
-                self.charge(passed)
+                self.charge(passed, 0.0 if ready else span, lambda: bool(poll.poll(0)))
             if ready:
                 return
 
-    def spend(self, seconds: float) -> None:
-        """Charge time that the grader itself has computed for the worker [s].
+    def answered(self, seconds: float) -> None:
+        """Count time that the grader has computed for the worker: not charged, only capped [s].
 
         Raises
         ------
         TooLate
-            If nothing is left.
+            If that has become far too much.
         """
-        self._charged += seconds
-        if self._charged > self._seconds:
-            raise TooLate
+        self._passed += seconds
+        self._end()
 
-    def charge(self, passed: float) -> None:
+    def charge(self, passed: float, silent: float, ready: Callable[[], bool] = lambda: False) -> None:
         """Charge what the worker has had of the time that has passed since the last charge [s].
+
+        Parameters
+        ----------
+        passed : float
+            That time.
+        silent : float
+            Its last part, in which nothing came. Who has sent something sleeps until it is answered: such sleep is ours.
+        ready : callable, optional
+            Whether something has come since.
 
         Raises
         ------
@@ -110,7 +120,11 @@ class Patience:
             self._charged += passed
         else:
             computed, self._used = max(seen.used - self._used, 0.0), max(seen.used, self._used)
-            self._charged += max(computed, 0.0 if seen.busy else passed)
+            asleep = 0.0 if seen.busy or ready() else silent
+            self._charged += max(computed, asleep)
+        self._end()
+
+    def _end(self) -> None:
         if self._charged > self._seconds or self._passed > CAP * self._seconds:
             raise TooLate
 

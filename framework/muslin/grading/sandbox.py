@@ -130,7 +130,7 @@ class Worker:
         expected : dict of (type, shape), optional
             The arrays that must come; without it any may.
         answer : callable, optional
-            Answers what the worker asks before it answers itself; the time that takes is the worker's.
+            Answers what the worker asks before it answers itself; the time that takes is not the worker's.
 
         Raises
         ------
@@ -179,7 +179,7 @@ class Worker:
                     return _shortened(header), results
                 reply, values = answer(header, results)
                 wire.send(self._channel, reply, values, patience)
-                patience.spend(time.thread_time() - began)
+                patience.answered(time.thread_time() - began)
         except wire.Gone:
             self.close()
             if self.status is None or self._server.ended:
