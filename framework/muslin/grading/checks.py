@@ -19,7 +19,7 @@ from muslin.grading.reader import Reader
 from muslin.grading.record import ERROR, FAILED, LAYERS, NOT_IMPLEMENTED, PASSED, SKIPPED, Check
 from muslin.judging import Property, judge, properties, reference
 from muslin.tasks import Assignment, Task
-from muslin.tasks.comparing import Terms
+from muslin.tasks.comparing import Limits, Terms
 
 Arrays = Mapping[str, np.ndarray]
 
@@ -45,7 +45,7 @@ class Hidden:
     inputs: Arrays
     expected: tuple[np.ndarray, ...]
     terms: Terms = None
-    tolerance: float = reference.TOLERANCE
+    limits: Limits = field(default_factory=Limits)
 
 
 #: Properties of a task, each with the inputs drawn for it.
@@ -79,7 +79,7 @@ def hidden(table: Assignment, task: str, seed: str, folder: Path | None = None) 
         inputs = {name: np.concatenate([array, more[name]]) for name, array in inputs.items()}
         expected = tuple(np.concatenate(pair) for pair in zip(expected, answers, strict=True))
     own = judge(table.name, task)
-    return Hidden(inputs, expected, own.terms, own.tolerance)
+    return Hidden(inputs, expected, own.terms, own.limits(inputs))
 
 
 def instructors_cases(table: Assignment, folder: Path | None) -> int:
@@ -175,7 +175,8 @@ def _judge_public(table: Assignment, verdict: Verdict, outcome: Outcome, reader:
         return
     verdict.add(Check("form", "form", PASSED, "The shape, type and finiteness of the results are right."))
     own = judge(table.name, task.name)
-    compared = reference.compare(task, outcome.results, expected, inputs, own.terms, own.tolerance)
+    limits = own.limits(inputs)
+    compared = reference.compare(task, outcome.results, expected, inputs, own.terms, limits)
     verdict.add(
         _told(
             "public cases", "public", compared, table, task, outcome.results, expected, inputs, reader, data
@@ -266,7 +267,7 @@ def _category(verdict: Verdict, cases: Hidden | None, outcome: Outcome | None) -
         return FAILED, "It gave no answer on hidden inputs: it raised an error, crashed, or took too long."
     if not all(np.isfinite(array).all() for array in outcome.results):
         return FAILED, "In some hidden cases the result is not finite. Can a division be by zero?"
-    given = cases.expected, cases.inputs, cases.terms, cases.tolerance
+    given = cases.expected, cases.inputs, cases.terms, cases.limits
     if reference.compare(verdict.task, outcome.results, *given).ok:
         return PASSED, f"{len(cases.expected[0])} hidden cases agree."
     return FAILED, (

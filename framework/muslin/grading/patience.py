@@ -105,7 +105,7 @@ class Patience:
         passed : float
             That time.
         silent : float
-            Its last part, in which nothing came. Who has sent something sleeps until it is answered: such sleep is ours.
+            Its last part, in which nothing came. Who has sent something sleeps until we answer.
         ready : callable, optional
             Whether something has come since.
 

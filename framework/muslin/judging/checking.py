@@ -10,6 +10,7 @@ from muslin.base.errors import MuslinError
 from muslin.judging.judge import judge
 from muslin.judging.reference import Verdict, cases, compare
 from muslin.tasks.batch import evaluate
+from muslin.tasks.comparing import Limits
 
 
 def check(
@@ -44,6 +45,6 @@ def check(
             verdicts.append(Verdict(name, False, str(error)))
         else:
             own = judge(table.name, name)
-            allowed = own.tolerance if tolerance is None else tolerance
-            verdicts.append(compare(table.tasks[name], got, expected, inputs, own.terms, allowed))
+            limits = own.limits(inputs) if tolerance is None else Limits(tolerance)
+            verdicts.append(compare(table.tasks[name], got, expected, inputs, own.terms, limits))
     return verdicts

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.tasks.comparing import FORMULA, TOLERANCE
+from muslin.tasks.comparing import FORMULA, TOLERANCE, Limits
 
 Rng = np.random.Generator
 Arrays = dict[str, np.ndarray]
@@ -113,11 +113,14 @@ class Derivative:
         "central" or "forward".
     line : callable
         From the inputs and functions of `muslin.student.gradcheck.Inputs`.
+    spared : float
+        Share of the cases that need not be as right as a formula's, because a library's function may be on the way.
     """
 
     words: str
     scheme: str
     line: Callable[[Any], Line]
+    spared: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -213,6 +216,8 @@ class Judge:
     derivative : Derivative
     watched : callable
         `Way` -> what is wrong with it, each `Seen`, the first to say first.
+    loss : callable
+        Inputs (b, ...) -> how many times rounding grows in a right formula, however it is arranged, at least 1, (b,).
     """
 
     draw: Callable[..., dict[str, Any]] | None = None
@@ -225,11 +230,20 @@ class Judge:
     steps: Callable[[Given], dict[str, Any]] | None = None
     derivative: Derivative | None = None
     watched: Callable[[Way], Iterator[Seen]] | None = None
+    loss: Terms | None = None
 
-    @property
-    def tolerance(self) -> float:
-        """Largest relative error of a right answer."""
-        return TOLERANCE if self.derivative is None else FORMULA
+    def limits(self, inputs: Given) -> Limits:
+        """How far off a right answer to these inputs may be.
+
+        A derivative is held to what rounding makes of a formula, where somebody has written how much that is.
+        """
+        if self.loss is None:
+            return Limits()
+        with np.errstate(all="ignore"):
+            of_formula = FORMULA * np.asarray(self.loss(inputs), dtype=np.float64)
+        if self.derivative is None:
+            return Limits(np.maximum(of_formula, TOLERANCE))
+        return Limits(of_formula, self.derivative.spared)
 
 
 #: What a part of a judge is called in a module: `<part>_<task>`.

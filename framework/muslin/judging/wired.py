@@ -27,6 +27,7 @@ def wired(known: Judge, task: Task) -> Judge:
         draw=known.draw and _draw(known.draw, task),
         truth=known.truth and _truth(known.truth, task),
         terms=known.terms and _on_called(known.terms, task),
+        loss=known.loss and _on_called(known.loss, task),
         properties=tuple(_property(prop, task) for prop in known.properties),
         mistakes=tuple(_mistake(mistake, known, task) for mistake in known.mistakes),
         conditions=known.conditions and _conditions(known.conditions, task),

@@ -103,7 +103,8 @@ def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any, p
     from muslin.reading import source
 
     own = judge(table.name, name)
-    verdict = reference.compare(table.tasks[name], outputs, expected, inputs, own.terms, own.tolerance)
+    limits = own.limits(inputs)
+    verdict = reference.compare(table.tasks[name], outputs, expected, inputs, own.terms, limits)
     if verdict.ok:
         return Report(name, GREEN, verdict.message, verdict.case)
     from muslin.grading.diagnosis import diagnose

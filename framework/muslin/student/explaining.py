@@ -58,7 +58,9 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     except MuslinError as error:
         trouble = str(error)
     verdict = (
-        reference.compare(task, got, expected, inputs, own.terms, own.tolerance) if got is not None else None
+        reference.compare(task, got, expected, inputs, own.terms, own.limits(inputs))
+        if got is not None
+        else None
     )
     if case is None:
         case = verdict.case if verdict is not None and verdict.case is not None else 0

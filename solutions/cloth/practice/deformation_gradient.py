@@ -37,6 +37,7 @@ from .triangles import (
     moved,
     normals,
     points,
+    rounding,
     smallest_height,
     triangles,
 )
@@ -236,4 +237,10 @@ def _line_dn_dx(io: Any) -> Line:
     return Line(at, along(io.yours("dn_dx", **a)), along(io.true("dn_dx", **a)))
 
 
+def loss_deformation_gradient(a: Given) -> Any:
+    """How many times rounding grows: in cross products of places, and in products of edges, (b,)."""
+    return rounding(points(a, "x"))
+
+
+loss_dn_dx = loss_deformation_gradient
 derivative_dn_dx = Derivative("the unit normal, one vertex moved", "central", _line_dn_dx)

@@ -36,6 +36,7 @@ from .triangles import (
     points,
     renumbered,
     rigidly,
+    rounding,
     triangles,
     undeformed,
     weights_around,
@@ -238,4 +239,10 @@ def _line_dphi_dX(io: Any) -> Line:
     return Line(at, along(io.yours("dphi_dX", **a)), along(io.true("dphi_dX", **a)))
 
 
+def loss_dphi_dX(a: Given) -> Any:
+    """How many times rounding grows: in cross products of places, and in products of edges, (b,)."""
+    return rounding(points(a, "X"))
+
+
+loss_phi = loss_dphi_dX
 derivative_dphi_dX = Derivative("{phi} phi, moved in X", "central", _line_dphi_dX)

@@ -54,6 +54,15 @@ def normals(x: np.ndarray) -> np.ndarray:
     return unit(cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]))
 
 
+def rounding(x: np.ndarray) -> np.ndarray:
+    """How many times rounding grows in formulas of triangles (b, 3, 3), however they are arranged, (b,).
+
+    Twice the area may be a small difference of products of edges, or of places: x1 x x2 + x2 x x0 + x0 x x1.
+    """
+    long, far = longest_edge(x), np.max(length(x), axis=1)
+    return 1 + ((far + long) * long / length(cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0]))) ** 2
+
+
 def longest_edge(x: np.ndarray) -> np.ndarray:
     """Longest edge, (b,)."""
     return np.max([length(x[:, i] - x[:, i - 1]) for i in range(3)], axis=0)

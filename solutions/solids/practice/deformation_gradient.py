@@ -108,6 +108,11 @@ def _line_deformation_gradient(io: Any) -> Line:
     return Line(at, along(io.yours("deformation_gradient", **a)), along(io.true("deformation_gradient", **a)))
 
 
+def loss_deformation_gradient(a: Given) -> Any:
+    """A sum of products loses no digits beyond those of its terms."""
+    return 1.0
+
+
 derivative_deformation_gradient = Derivative(
     "the point x(X), moved in X", "central", _line_deformation_gradient
 )

@@ -31,7 +31,7 @@ from muslin.judging.relations import (
     vectors,
 )
 from muslin.judging.vectors import apply, length, transposed
-from muslin.tasks.comparing import natural_scale, size_of
+from muslin.tasks.comparing import largest_of, natural_scale, size_of
 
 from .tetrahedra import LIES, bodies, dual_gradients, left, tetrahedra
 
@@ -334,6 +334,12 @@ def _line_nodal_force(io: Any) -> Line:
     )
 
 
+def loss_nodal_force(a: Given) -> Any:
+    """A sum of products loses no digits beyond those of its terms."""
+    return 1.0
+
+
+loss_stiffness_block = loss_nodal_force
 derivative_nodal_force = Derivative(
     "the energy volume psi with {psi} psi, the vertex moved", "central", _line_nodal_force
 )
@@ -374,6 +380,12 @@ def _line_spring_force(io: Any) -> Line:
         return a["k"][:, None] / 2 * (apart - a["l0"][:, None]) ** 2
 
     return Line(at, -dot_rows(io.yours("spring_force", **a), d), -dot_rows(io.true("spring_force", **a), d))
+
+
+def loss_spring_force(a: Given) -> Any:
+    """How many times rounding grows where the length is worked out from places, |x0|^2 - 2 x0.x1 + |x1|^2, (b,)."""
+    long, far = size_of(a["x1"] - a["x0"]), largest_of(a, "x0", "x1")
+    return 1 + (np.where(long > 0, far, 0.0) / np.where(long > 0, long, 1.0)) ** 2
 
 
 derivative_spring_force = Derivative("the spring's energy, x0 moved", "central", _line_spring_force)

@@ -240,4 +240,12 @@ def _line_dphi_dX(io: Any) -> Line:
     return Line(at, along(io.yours("dphi_dX", **a)), along(io.true("dphi_dX", **a)))
 
 
+def loss_dphi_dX(a: Given) -> Any:
+    """How many times rounding grows where a volume is worked out from places, X1.(X2 x X3) and so on, (b,)."""
+    e = [a[f"X{k}"] - a["X0"] for k in (1, 2, 3)]
+    far, volume = largest_of(a, "X0", "X1", "X2", "X3"), np.abs(np.sum(e[0] * np.cross(e[1], e[2]), axis=1))
+    return 1 + far**3 / volume
+
+
+loss_phi = loss_dphi_dX
 derivative_dphi_dX = Derivative("{phi} phi, moved in X", "central", _line_dphi_dX)

@@ -22,7 +22,7 @@ from muslin import tasks
 from muslin.grading import fitting, repairing, slips, stepped
 from muslin.grading.diagnosis.factors import change_scaled, factor_of_each_case, scaled, sized
 from muslin.grading.diagnosis.marched import watched
-from muslin.grading.diagnosis.others import changed, digits, known, not_finite, singular, slipped
+from muslin.grading.diagnosis.others import changed, digits, inexact, known, not_finite, singular, slipped
 from muslin.grading.diagnosis.own import repaired
 from muslin.grading.diagnosis.partial import conditions, parts, some, some_alike
 from muslin.grading.diagnosis.question import Arrays, Diagnosis, Question, first
@@ -139,7 +139,7 @@ def _diagnose(
     def within(tolerance: float) -> bool:
         return all(_alike(a, b, scale, tolerance) for a, b, scale in zip(got, expected, scales, strict=True))
 
-    nearly = own.derivative is not None and within(INEXACT) and not within(own.tolerance)
+    nearly = own.derivative is not None and within(INEXACT)
     wrong = not nearly and not within(TOLERANCE)  # no change of the text is to blame
     change = seen = None
     if text and wrong and (other := _other_constants(task, assignment, text)):
@@ -163,8 +163,10 @@ def _diagnose(
             slips=made,
             repair=change,
         )
-        about_all = [digits(question)] if nearly else _all(question)
-        found += [_said(entries, d) for d in about_all if d is not None]
+        told = [] if nearly else list(_all(question))
+        if nearly or (own.derivative is not None and [d.cause for d in told] == ["digits"]):
+            told = [inexact(question, own.limits(inputs).each, text)]
+        found += [_said(entries, d) for d in told]
     return watched(_joined(found), change, seen)
 
 

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import ast
+
 import numpy as np
 
 from muslin.grading.diagnosis.own import agrees
@@ -39,6 +41,33 @@ def digits(question: Question) -> Diagnosis | None:
     """Right but for the last digits."""
     error = norm(question.seen(question.got - question.right))
     return about(question, "digits") if (error <= 1e-4 * question.scale).all() else None
+
+
+def inexact(question: Question, allowed: float | np.ndarray, text: str) -> Diagnosis:
+    """A derivative that is right but for more than rounding; only what looks like differences is called so.
+
+    Their error is many times what rounding makes in most cases, and not in the hard ones alone; and there is a step.
+    """
+    error = norm(question.seen(question.got - question.right))
+    relative = error / np.where(question.scale > 0, question.scale, np.inf)
+    limits = np.broadcast_to(np.asarray(allowed, dtype=np.float64), relative.shape)
+    case = int((relative / limits).argmax())
+    of = f"its error in case {case} is {relative[case]:.0e}, where at most {limits[case]:.0e} is right"
+    everywhere = np.mean(relative > 10 * limits) > 0.5
+    return about(question, "digits", of, "differences" if everywhere and _has_a_step(text) else "rounding")
+
+
+def _has_a_step(text: str) -> bool:
+    """Whether a file holds a number that may be the step of a difference."""
+    try:
+        numbers = (node.value for node in ast.walk(ast.parse(text)) if isinstance(node, ast.Constant))
+        return any(isinstance(number, float) and 0 < number <= LARGEST_STEP for number in numbers)
+    except (SyntaxError, ValueError, RecursionError, MemoryError):
+        return False
+
+
+#: Steps of differences that make a derivative nearly right.
+LARGEST_STEP = 1e-3
 
 
 def known(question: Question) -> Diagnosis | None:

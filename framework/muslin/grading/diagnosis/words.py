@@ -120,7 +120,15 @@ WORDS: Mapping[str, tuple[str, str]] = {
     ),
     "digits": (
         "Your {name} is nearly right, but only to some digits.",
-        "Write the formula itself instead of a numerical derivative, and do not round or convert to f32.",
+        "Look for a rounded constant, a number converted to f32, a small one added to what you divide by.",
+    ),
+    "differences": (
+        "Your {name} is nearly right, but only to some digits, as by differences with a small step: {of}.",
+        "A formula is asked for, not a numerical derivative. If yours is one, look for rounded constants.",
+    ),
+    "rounding": (
+        "Your {name} is nearly right, but only to some digits: {of}.",
+        "Look where it takes differences of large numbers, and for rounded constants.",
     ),
     "missing": (
         "It looks as if {of} were missing in your {name}.",
