@@ -331,7 +331,7 @@ def _line_dpsi_dF(io: Any) -> Line:
 
 def loss_dpsi_dF(a: Given) -> Any:
     """How many times rounding grows on the way through F^T F, (b,)."""
-    return 1 + (size_of(a["F"]) * _measures(a)[2]) ** 2
+    return 1 + (size_of(a["F"]) * _measures(a)[2] / 3) ** 2
 
 
 loss_d2psi_dF2 = loss_dpsi_dF

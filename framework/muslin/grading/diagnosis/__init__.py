@@ -32,7 +32,7 @@ from muslin.grading.known import Known, load
 from muslin.grading.slips import Slips
 from muslin.judging import judge
 from muslin.judging.arrays import lengths
-from muslin.judging.reference import TOLERANCE, natural_scale
+from muslin.judging.reference import TOLERANCE, compare, natural_scale
 from muslin.tasks import Task
 
 __all__ = ["WORDS", "Diagnosis", "Question", "conditions", "diagnose", "misfit", "parts"]
@@ -139,7 +139,9 @@ def _diagnose(
     def within(tolerance: float) -> bool:
         return all(_alike(a, b, scale, tolerance) for a, b, scale in zip(got, expected, scales, strict=True))
 
-    nearly = own.derivative is not None and within(INEXACT)
+    limits = own.limits(inputs)
+    right = compare(task, got, expected, inputs, own.terms, limits).ok
+    nearly = own.derivative is not None and within(INEXACT) and not right
     wrong = not nearly and not within(TOLERANCE)  # no change of the text is to blame
     change = seen = None
     if text and wrong and (other := _other_constants(task, assignment, text)):
@@ -165,7 +167,7 @@ def _diagnose(
         )
         told = [] if nearly else list(_all(question))
         if nearly or (own.derivative is not None and [d.cause for d in told] == ["digits"]):
-            told = [inexact(question, own.limits(inputs).each, text)]
+            told = [inexact(question, limits.each, text)]
         found += [_said(entries, d) for d in told]
     return watched(_joined(found), change, seen)
 
