@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 
 import muslin
-from muslin import given
+from muslin import given, tasks
 from muslin.base.errors import MuslinError, NotImplementedYet, StudentCodeError
+from muslin.judging import reference
 
 ROOT = Path(__file__).resolve().parent.parent
 
@@ -214,3 +215,43 @@ def test_a_function_that_taichi_refuses_is_told_as_that(tmp_path):
     told = str(muslin.tasks.failure_of(muslin.load(tmp_path).filter_velocity))
     assert "line 4" in told or "line 5" in told
     assert told.endswith("Taichi does not take filter_velocity as it is written.")
+
+
+#: Right functions in which a reader may see what is not there.
+READ_WRONGLY = {
+    "several values from a class of one's own": (
+        "sphere_contact",
+        "class contact:\n    @staticmethod\n    @ti.func\n    def find(x, c, r):\n        d = x - c\n"
+        "        n = ti.Vector([0.0, 1.0, 0.0])\n        if d.norm() > 0:\n            n = d.normalized()\n"
+        "        return ti.cast(d.norm() < r, ti.i32), n\n\n",
+        "def sphere_contact(x, c, r):\n    found = contact.find(x, c, r)\n    return found\n",
+    ),
+    "a transpose of one's own": (
+        "right_cauchy_green",
+        "class linalg:\n    @staticmethod\n    @ti.func\n    def T(A):\n        return A.transpose()\n\n",
+        "def right_cauchy_green(F):\n    return linalg.T(F) @ F\n",
+    ),
+    "a call that stops, where nothing is compiled": (
+        "right_cauchy_green",
+        "",
+        "def right_cauchy_green(F):\n    if ti.static(False):\n        breakpoint()\n    return F.transpose() @ F\n",
+    ),
+}
+
+
+@pytest.mark.parametrize("case", READ_WRONGLY)
+def test_a_right_function_is_run_whatever_is_thought_of_its_text(case, tmp_path):
+    task, before, function = READ_WRONGLY[case]
+    table = tasks.assignment("cloth")
+    file = table.tasks[task].file
+    (tmp_path / file).write_text(f"import taichi as ti\n\n{before}@ti.func\n{function}", encoding="utf-8")
+    inputs, expected = reference.cases("cloth", task)
+    got = muslin.evaluate(tasks.load(tmp_path, table)[task], **inputs)
+    for mine, right in zip(got if isinstance(got, tuple) else (got,), expected, strict=True):
+        np.testing.assert_allclose(mine, right, rtol=1e-9, atol=1e-9)
+
+
+def test_a_call_that_ends_python_is_told_as_an_error(tmp_path):
+    f = submission(tmp_path, "filter_velocity", "exit()\nreturn v")
+    with pytest.raises(StudentCodeError, match="cannot be run as it is"):
+        muslin.evaluate(f.filter_velocity, v=np.ones((2, 3)), n=np.ones((2, 3)))

@@ -188,7 +188,8 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
         if isinstance(found, Borrowed):
             return found.placed(name, source, _calls(str(error), source))
         if isinstance(found, MuslinError):
-            return found
+            known = None if isinstance(found, NotImplementedYet) else _foreseen(function, str(found))
+            return known or found
         found = found.__cause__ or found.__context__
     text = re.sub(r" \(version \d+\)(?=\")", "", inside.said(str(error)).strip())
     source = re.sub(r" \(version \d+\)$", "", source)
@@ -200,6 +201,8 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
     if "NotImplementedError" in snippet:
         stub = re.findall(r"in (\w+):", text)[-1]
         return NotImplementedYet(f"not implemented yet: {stub}, which {name} calls ({where})")
+    if (foreseen := _foreseen(function, where)) is not None:
+        return foreseen
     if len(re.findall(rf"in {re.escape(name)}:", text)) > 20 or "maximum recursion depth" in text:
         # the innermost line is wherever the stack happened to end; the commonest is that of the call
         lines = Counter(re.findall(rf'File "{re.escape(source)}", line (\d+), in {re.escape(name)}:', text))
@@ -211,6 +214,19 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
     if note is not None and not snippet:
         where, snippet = f"{where}, line {note.line}", f"    {reading.row(function, note.line)}"
     return StudentCodeError(told(name, where, snippet, message, note.words if note else ""))
+
+
+def _foreseen(function: Callable[..., Any], said: str) -> StudentCodeError | None:
+    """What a reader sees would keep a function from running, where it has failed in that line, or in none."""
+    line = re.search(r", line (\d+)(?=:|$)", said.split("\n")[0])
+    fatal = [note for note in reading.of(function) if note.fatal]
+    note = next((note for note in fatal if line is None or note.line == int(line[1])), None)
+    if note is None:
+        return None
+    file = re.sub(r" \(version \d+\)$", "", inspect.unwrap(function).__code__.co_filename)
+    row, name = reading.row(function, note.line), getattr(function, "__name__", "function")
+    words = f"{paths.shown(file)}, line {note.line}: {name} cannot be run as it is.\n    {row}"
+    return StudentCodeError(f"{words}\n{sentence(note.words, row)}")
 
 
 def told(name: str, where: str, snippet: str, message: str, noticed: str = "") -> str:

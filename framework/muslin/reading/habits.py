@@ -136,10 +136,10 @@ def _one(value: ast.expr, page: Page) -> bool:
     if not isinstance(value, ast.Name):
         return False
     given = [got for _, target, got in assignments(page.node) if name_of(target) == value.id]
-    calls = [
-        n for got in given for n in ast.walk(got) if isinstance(n, ast.Call) and isinstance(n.func, ast.Name)
-    ]
-    helped = any(name_of(call.func) in page.functions for call in calls)
+    calls = [n for got in given for n in ast.walk(got) if isinstance(n, ast.Call)]
+    helped = any(
+        name_of(call.func) in page.known for call in calls
+    )  # also by a method of a class of one's own
     born = bool(given) or value.id in page.arguments
     unpacked = any(
         isinstance(target, ast.Tuple) and value.id in {name_of(t) for t in target.elts}

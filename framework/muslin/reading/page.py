@@ -21,7 +21,8 @@ class Note:
     words : str
         What is wrong with it, and what to write instead.
     fatal : bool
-        Whether the function cannot be right, or cannot be run, as long as it stands there.
+        Whether it explains why the function cannot be run, where it cannot. Nothing is refused for it: a text may mean
+        something else than whoever reads it thinks.
     compiles : bool
         Whether it compiles all the same, so that it explains no compile error.
     """

@@ -218,7 +218,9 @@ def _no_method(page: Page) -> Iterator[Note]:
     """A component, or several, called like a method: m.t(), which is another library's transpose."""
     for node in nodes(page.node):
         called = node.func if isinstance(node, ast.Call) else None
-        if isinstance(called, ast.Attribute) and called.attr in ("t", "T", "H"):
+        if not isinstance(called, ast.Attribute) or name_of(called.value) in page.known:
+            continue  # a class or a module of one's own may have one
+        if called.attr in ("t", "T", "H"):
             transposed = f"{ast.unparse(called.value)}.transpose()"
             yield page.note(
                 node, f"vectors and matrices have no method {called.attr}; write {transposed}.", fatal=True

@@ -92,7 +92,7 @@ def run(kernel: Callable[..., None], function: Callable[..., Any], *arguments: A
         runtime.call(kernel, *arguments)
     except MuslinError:
         raise
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise explained(error, getattr(function, "written", function)) from None
 
 

@@ -15,12 +15,10 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from muslin import reading
 from muslin.base import handed, paths
 from muslin.base.engine import inside
 from muslin.base.errors import MuslinError, NotImplementedYet, StudentCodeError
 from muslin.reading import vocabulary
-from muslin.reading.page import sentence
 from muslin.tasks import importing, plain
 from muslin.tasks.manifest import Assignment, Task, assignment, read_assignment
 
@@ -155,11 +153,6 @@ def _find(
     except MuslinError as error:
         return _failing(task, error)
     function.task = task  # type: ignore[attr-defined]
-    fatal = next((note for note in reading.of(function) if note.fatal), None)
-    if fatal is not None:
-        row = importing.row(module, fatal.line)
-        words = f"{where}, line {fatal.line}: {task.name} cannot be run as it is.\n    {row}"
-        return _failing(task, StudentCodeError(f"{words}\n{sentence(fatal.words, row)}"))
     return function
 
 
