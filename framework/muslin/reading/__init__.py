@@ -133,6 +133,17 @@ def returned(function: Callable[..., Any]) -> tuple[int, str] | None:
     return last.lineno, source.lines[last.lineno - 1].strip()
 
 
+def gives_none(function: Callable[..., Any]) -> bool:
+    """Whether all that a function that has been loaded ever returns is None, written out."""
+    code = inspect.unwrap(function).__code__
+    try:
+        node = read_once(_text(function)).functions[code.co_name].node
+    except (MuslinError, KeyError):
+        return False
+    returns = [n.value for n in ast.walk(node) if isinstance(n, ast.Return)]
+    return bool(returns) and all(isinstance(v, ast.Constant) and v.value is None for v in returns)
+
+
 def born(function: Callable[..., Any], which: int) -> ast.stmt | None:
     """The statement in which a result is born as a plain number, if it is a variable and that can be seen."""
     source = read_once(_text(function))

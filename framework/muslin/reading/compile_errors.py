@@ -188,7 +188,7 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
         if isinstance(found, Borrowed):
             return found.placed(name, source, _calls(str(error), source))
         if isinstance(found, MuslinError):
-            known = None if isinstance(found, NotImplementedYet) else _foreseen(function, str(found))
+            known = None if isinstance(found, NotImplementedYet) else foreseen(function, str(found))
             return known or found
         found = found.__cause__ or found.__context__
     text = re.sub(r" \(version \d+\)(?=\")", "", inside.said(str(error)).strip())
@@ -201,8 +201,8 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
     if "NotImplementedError" in snippet:
         stub = re.findall(r"in (\w+):", text)[-1]
         return NotImplementedYet(f"not implemented yet: {stub}, which {name} calls ({where})")
-    if (foreseen := _foreseen(function, where)) is not None:
-        return foreseen
+    if (known := foreseen(function, where)) is not None:
+        return known
     if len(re.findall(rf"in {re.escape(name)}:", text)) > 20 or "maximum recursion depth" in text:
         # the innermost line is wherever the stack happened to end; the commonest is that of the call
         lines = Counter(re.findall(rf'File "{re.escape(source)}", line (\d+), in {re.escape(name)}:', text))
@@ -216,7 +216,7 @@ def explained(error: BaseException, function: Callable[..., Any]) -> MuslinError
     return StudentCodeError(told(name, where, snippet, message, note.words if note else ""))
 
 
-def _foreseen(function: Callable[..., Any], said: str) -> StudentCodeError | None:
+def foreseen(function: Callable[..., Any], said: str) -> StudentCodeError | None:
     """What a reader sees would keep a function from running, where it has failed in that line, or in none."""
     line = re.search(r", line (\d+)(?=:|$)", said.split("\n")[0])
     fatal = [note for note in reading.of(function) if note.fatal]

@@ -21,6 +21,9 @@ GREEN, WRONG, TODO, ERROR = "green", "wrong", "to do", "error"
 #: What the inputs of the properties are drawn from; the grader draws once, from a seed of its own.
 SEEDS = ("check 0", "check 1", "check 2", "check 3")
 
+#: How long the mistake behind an answer is looked for; the verdict stands without [s].
+EXPLAINING = 10.0
+
 #: A worker is renewed after so many checks: each leaves about 4 MB of kernels behind.
 RENEWED_AFTER = 40
 
@@ -53,8 +56,32 @@ class Report:
     notes: tuple[str, ...] = ()
 
 
+@dataclass(frozen=True)
+class Draft:
+    """A verdict that stands, before anyone has looked for the mistake behind it; that may take long, or for ever.
+
+    Attributes
+    ----------
+    report : Report
+    allowed : float
+        How long the look may take: the same report follows, explained, or the draft is all there is [s].
+    """
+
+    report: Report
+    allowed: float
+
+
+#: Finds the likely mistake in a student's text.
+Explain = Callable[[], Any]
+
+
 def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[Report]:
-    """Evaluate and judge tasks; runs in a worker."""
+    """Evaluate and judge tasks."""
+    return (found for found in drafted(folder, assignment, names) if isinstance(found, Report))
+
+
+def drafted(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[Report | Draft]:
+    """Evaluate and judge tasks; what is not green is told before it is explained. Runs in a worker."""
     from muslin import tasks
     from muslin.base.errors import NotImplementedYet
     from muslin.judging import reference
@@ -78,27 +105,38 @@ def examine(folder: Path, assignment: str, names: tuple[str, ...]) -> Iterator[R
             yield Report(name, TODO, str(error))
             continue
         except MuslinError as error:
-            message = str(error)
+            report = Report(name, ERROR, str(error))
+            yield Draft(report, EXPLAINING)
             function = loaded[file][name] if file in loaded else None
             found = None
             if function is not None:
                 from muslin.grading.diagnosis import misfit
 
                 found = misfit(table.tasks[name], expected, inputs, assignment, source.glimpse(folder / file))
-            mistake, advice = (found.mistake, found.advice) if found else ("", "")
-            yield Report(name, ERROR, message, None, mistake, advice, _notes(function, message))
+            yield replace(_explained(report, found), notes=_notes(function, report.message))
             continue
         outputs = got if isinstance(got, tuple) else (got,)
-        report = _compared(table, name, outputs, inputs, expected, folder / file)
+        report, explain = _compared(table, name, outputs, inputs, expected, folder / file)
         if report.status == GREEN:
-            report = _held(table, name, loaded[file][name], inputs, expected, folder / file) or report
+            held = _held(table, name, loaded[file][name], inputs, expected, folder / file)
+            report, explain = held or (report, explain)
         if report.status != GREEN:
-            report = replace(report, notes=_notes(loaded[file][name]))
+            yield Draft(report, EXPLAINING)
+            report = replace(_explained(report, explain()), notes=_notes(loaded[file][name]))
         yield report
 
 
-def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any, path: Path) -> Report:
-    """The public cases; what is wrong is looked for in the file, too."""
+def _explained(report: Report, found: Any) -> Report:
+    """A report with the likely mistake, if one was found."""
+    if found is None:
+        return report
+    return replace(report, mistake=f"{report.mistake} {found.mistake}".strip(), advice=found.advice)
+
+
+def _compared(
+    table: Any, name: str, outputs: Any, inputs: Any, expected: Any, path: Path
+) -> tuple[Report, Explain]:
+    """The public cases, and who looks for what is wrong, in the file too."""
     from muslin.judging import reference
     from muslin.reading import source
 
@@ -106,15 +144,19 @@ def _compared(table: Any, name: str, outputs: Any, inputs: Any, expected: Any, p
     limits = own.limits(inputs)
     verdict = reference.compare(table.tasks[name], outputs, expected, inputs, own.terms, limits)
     if verdict.ok:
-        return Report(name, GREEN, verdict.message, verdict.case)
-    from muslin.grading.diagnosis import diagnose
+        return Report(name, GREEN, verdict.message, verdict.case), lambda: None
 
-    found = diagnose(table.tasks[name], outputs, expected, inputs, table.name, source.glimpse(path))
-    mistake, advice = (found.mistake, found.advice) if found else ("", "")
-    return Report(name, WRONG, verdict.message, verdict.case, mistake, advice)
+    def explain() -> Any:
+        from muslin.grading.diagnosis import diagnose
+
+        return diagnose(table.tasks[name], outputs, expected, inputs, table.name, source.glimpse(path))
+
+    return Report(name, WRONG, verdict.message, verdict.case), explain
 
 
-def _held(table: Any, name: str, function: Any, cases: Any, expected: Any, path: Path) -> Report | None:
+def _held(
+    table: Any, name: str, function: Any, cases: Any, expected: Any, path: Path
+) -> tuple[Report, Explain] | None:
     """What must hold for all inputs, tried on some that are no public cases; the first that does not hold."""
     from muslin.judging import properties
     from muslin.judging.reference import shown
@@ -128,13 +170,17 @@ def _held(table: Any, name: str, function: Any, cases: Any, expected: Any, path:
     try:
         got = evaluate(function, **arguments)
     except MuslinError as error:
-        return Report(name, ERROR, str(error))
+        return Report(name, ERROR, str(error)), lambda: None
     outputs = properties.apart(got if isinstance(got, tuple) else (got,), [inputs for _, inputs in drawn])
     for (prop, inputs), results in zip(drawn, outputs, strict=True):
         errors = properties.errors(prop, inputs, results)
         if errors.max(initial=0.0) > prop.tolerance:
-            from muslin.grading.upheld import upheld
-            from muslin.reading import source
+
+            def explain() -> Any:
+                from muslin.grading.upheld import upheld
+                from muslin.reading import source
+
+                return upheld(task, expected, cases, drawn, outputs, table.name, source.glimpse(path))
 
             sample = int(errors.argmax())  # of groups of samples: the first of the group
             lines = shown({value.name: inputs[value.name][sample] for value in task.inputs})
@@ -144,10 +190,7 @@ def _held(table: Any, name: str, function: Any, cases: Any, expected: Any, path:
             message = "\n".join([f"the public cases agree, but not all inputs do ({prop.name})", *lines])
             mistake = f"This must hold, and does not: {prop.statement}"
             advice = "Work these inputs by hand: the grader tries others of their kind."
-            found = upheld(task, expected, cases, drawn, outputs, table.name, source.glimpse(path))
-            if found is not None:
-                mistake, advice = f"{mistake} {found.mistake}", found.advice
-            return Report(name, WRONG, message, mistake=mistake, advice=advice)
+            return Report(name, WRONG, message, mistake=mistake, advice=advice), explain
     return None
 
 
@@ -211,11 +254,15 @@ class Checker:
         keys = {name: workspace.key(name) for name in names}
         waiting = list(names)
         while waiting:
-            crash = None
+            crash, draft = None, None
             try:
-                for report in self._asked(workspace, list(waiting), stop):
-                    waiting.remove(report.task)
-                    yield self._kept(workspace, report, keys)
+                for found in self._asked(workspace, list(waiting), stop):
+                    if isinstance(found, Draft):
+                        draft = found.report
+                        continue
+                    draft = None
+                    waiting.remove(found.task)
+                    yield self._kept(workspace, found, keys)
             except Stopped:
                 self._worker = None
                 return
@@ -223,16 +270,17 @@ class Checker:
                 crash = error
             if crash is not None:  # after the handler: a process forked inside it inherits the exception
                 self._worker = None
-                yield self._kept(workspace, self._crashed(workspace, waiting.pop(0), crash), keys)
+                name = waiting.pop(0)
+                yield self._kept(workspace, draft or self._crashed(workspace, name, crash), keys)
 
     def _asked(
         self, workspace: Workspace, names: list[str], stop: Callable[[], bool] | None
-    ) -> Iterator[Report]:
+    ) -> Iterator[Report | Draft]:
         self.warm()
         assert self._worker is not None
         arguments = (workspace.folder, workspace.table.name, tuple(names))
         deadline = workspace.table.grading.deadline
-        yield from self._worker.ask(examine, *arguments, deadline=deadline, stop=stop)
+        yield from self._worker.ask(drafted, *arguments, deadline=deadline, stop=stop)
 
     def _kept(self, workspace: Workspace, report: Report, keys: dict[str, str]) -> Report:
         kept = {"key": keys[report.task], "status": report.status, "first": report.message.split("\n")[0]}

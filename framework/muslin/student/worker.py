@@ -73,7 +73,7 @@ class Worker:
         *arguments
             Picklable.
         deadline : float
-            Longest time between two things yielded [s].
+            Longest time between two things yielded [s]; where one has an `allowed`, after that one so long.
         stop : callable, optional
             Asked while waiting: whether the answer is not wanted any more.
 
@@ -87,13 +87,14 @@ class Worker:
             What the function raised.
         """
         self.asked += 1
+        allowed = deadline
         try:
             self._channel.send((function, arguments))
             while True:
-                if not self._heard(deadline, stop):
+                if not self._heard(allowed, stop):
                     self.close()
                     raise Crashed(
-                        f"Your code has not come to an end in {deadline:g} seconds. Is there a loop that never stops?",
+                        f"Your code has not come to an end in {allowed:g} seconds. Is there a loop that never stops?",
                         late=True,
                     )
                 kind, what = self._channel.recv()
@@ -103,6 +104,7 @@ class Worker:
                 if kind == "end":
                     return
                 if kind == "item":
+                    allowed = getattr(what, "allowed", deadline)
                     yield what
                 elif kind == "error":
                     raise what

@@ -15,10 +15,12 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from muslin import reading
 from muslin.base import handed, paths
 from muslin.base.engine import inside
 from muslin.base.errors import MuslinError, NotImplementedYet, StudentCodeError
 from muslin.reading import vocabulary
+from muslin.reading.compile_errors import foreseen
 from muslin.tasks import importing, plain
 from muslin.tasks.manifest import Assignment, Task, assignment, read_assignment
 
@@ -153,6 +155,10 @@ def _find(
     except MuslinError as error:
         return _failing(task, error)
     function.task = task  # type: ignore[attr-defined]
+    if not task.in_python and reading.gives_none(function):  # the engine would end the whole process
+        return _failing(
+            task, foreseen(function, "") or StudentCodeError(f"{where}: {task.name} returns None.")
+        )
     return function
 
 
