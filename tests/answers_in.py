@@ -2,19 +2,23 @@
 
     python -I tests/answers_in.py FOLDER ASSIGNMENT [TASK ...]
 
-FOLDER is where Muslin is installed. Prints, as JSON, the tasks that were tried with how many functions, what could not
-be imported, and `module.function` of each that gives the right answers.
+FOLDER is where Muslin is installed. The files of `practice/` are tried too, of every assignment: they ship as data. A
+function is called with the inputs as they are, with points of a kind as one array (x0, x1, x2 as one of triangles), and
+with all of them as a dictionary; of a dictionary that it gives, every value is an answer. Prints, as JSON, the tasks
+that were tried with how many functions, what could not be imported, and `module.function` of each that answers.
 """
 
 from __future__ import annotations
 
 import contextlib
+import copy
 import importlib
 import inspect
 import io
 import json
 import os
 import pkgutil
+import re
 import signal
 import sys
 import types
@@ -26,7 +30,8 @@ import numpy as np  # noqa: E402
 
 import muslin  # noqa: E402
 from muslin import tasks  # noqa: E402
-from muslin.judging import reference  # noqa: E402
+from muslin.base import paths  # noqa: E402
+from muslin.judging import knowledge, reference  # noqa: E402
 from muslin.tasks import batch  # noqa: E402
 
 assert muslin.__file__.startswith(folder), muslin.__file__
@@ -46,13 +51,20 @@ NOT_CALLED = (
     "export",
 )
 
+#: Tasks that the product of two arrays answers, once their points are one array: what multiplies is no answer.
+PRODUCTS = ("interpolate", "deformation_gradient")
+
 #: How long one call may take [s].
 LIMIT = 5
 
 
 def modules():
-    """Every module that can be imported, and why others cannot."""
+    """Every module that can be imported, those of `practice/` among them, and why others cannot."""
     found, failed = [], {}
+    for name in paths.assignments():
+        ours = [m for m in knowledge.modules(name) if m.__name__.startswith("muslin_practice_")]
+        assert ours, f"{name} has no practice/"
+        found += ours
     for info in pkgutil.walk_packages(muslin.__path__, "muslin.", onerror=lambda name: None):
         if info.name.rsplit(".", 1)[-1] == "__main__":
             continue
@@ -132,15 +144,38 @@ def answers(function, task, inputs, expected):
             return right(batch.evaluate(function, results=kinds, **arrays), expected)
         except BaseException:
             return False
-    values = [inputs[value.name] for value in task.inputs]
-    singles = [value[0] if not np.ndim(value[0]) else np.array(value[0]) for value in values]
-    for arguments, answer in ((values, expected), (singles, [value[0] for value in expected])):
-        try:
-            if right(function(*[np.array(a) for a in arguments]), answer):
-                return True
-        except BaseException:
+    for arguments in ways(task, inputs):
+        if not fits(function, len(arguments)):
             continue
+        single = [one(value) for value in arguments]
+        for given, answer in ((arguments, expected), (single, [value[0] for value in expected])):
+            try:
+                got = function(*copy.deepcopy(given))
+            except BaseException:
+                continue
+            found = got.values() if isinstance(got, dict) else (got,)
+            if any(right(value, answer) for value in found):
+                return True
     return False
+
+
+def ways(task, inputs):
+    """What a function may be called with: the inputs; points of a kind as one array; all in a dictionary."""
+    yield [inputs[value.name] for value in task.inputs]
+    kinds: dict = {}
+    for value in task.inputs:
+        kind = re.sub(r"\d+$", " of several", value.name)
+        kinds.setdefault(kind, []).append(inputs[value.name])
+    if len(kinds) < len(task.inputs) and task.name not in PRODUCTS:
+        yield [np.stack(arrays, axis=1) if len(arrays) > 1 else arrays[0] for arrays in kinds.values()]
+    yield [dict(inputs)]
+
+
+def one(value):
+    """The first sample of what is in an argument."""
+    if isinstance(value, dict):
+        return {name: one(array) for name, array in value.items()}
+    return value[0] if not np.ndim(value[0]) else np.array(value[0])
 
 
 def telling(inputs, expected):
@@ -190,7 +225,11 @@ for name, task in tasks.assignment(assignment).tasks.items():
         continue
     inputs, expected = reference.cases(assignment, name)
     case = telling(inputs, [np.asarray(value) for value in expected])
-    candidates = [(where, one) for where, one in known.items() if fits(one, len(task.inputs))]
+    candidates = [
+        (where, function)
+        for where, function in known.items()
+        if any(fits(function, len(arguments)) for arguments in ways(task, case[0]))
+    ]
     report["tried"][name] = len(candidates)
     if hits := called(candidates, task, case):
         report["answers"][name] = hits

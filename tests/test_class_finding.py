@@ -274,3 +274,15 @@ def test_what_is_no_class_is_said_so(made, said, tmp_path):
         (tmp_path / "class").mkdir()
     with pytest.raises(MuslinError, match=said):
         finding.find(tmp_path / "class", TABLE)
+
+
+@pytest.mark.skipif(not hasattr(os, "mkfifo"), reason="the system has no pipes with names")
+@pytest.mark.parametrize("beside", [True, False])
+def test_a_pipe_is_named_also_beside_a_folder_of_its_name(tmp_path, beside):
+    put(tmp_path / "class/Jane/collision.py")
+    if beside:
+        put(tmp_path / "class/fifo/stress.py")
+    os.mkfifo(tmp_path / "class/fifo.zip")
+    submissions, notes = finding.find(tmp_path / "class", TABLE)
+    assert [s.name for s in submissions] == ["fifo"] * beside + ["Jane"]
+    assert notes == ["fifo.zip: a pipe, a socket or a device, not a file"]

@@ -393,13 +393,15 @@ WRONG = {
             lambda s, mu, lam: np.outer(lam * (s[:, 2] - 1), [1, 1, 0]))),
         ("squared", "linear in the strain", lambda right, **a: (right(**a)[0] * (a["s"] - 1),)),
         ("mu mu", "linear in mu and lam", lambda right, **a: (right(**a)[0] * a["mu"][:, None],)),
-        ("half", "Taylor sweep of psi", scaled(0.5)),
-        ("mu and lam swapped", "Taylor sweep of psi", with_arguments(mu=lambda **a: a["lam"], lam=lambda **a: a["mu"])),
+        ("half", "work of one stretch alone", scaled(0.5)),
+        ("mu and lam swapped", "lam feels only the change of area", with_arguments(
+            mu=lambda **a: a["lam"], lam=lambda **a: a["mu"])),
     ],
     "d2psi_ds2": [
         ("coupling on one side", "symmetric", lambda right, **a: (np.tril(right(**a)[0]),)),
-        ("no coupling", "Taylor sweep of psi", lambda right, **a: (right(**a)[0] * np.eye(3),)),
-        ("coupling negative", "Taylor sweep of psi", lambda right, **a: (right(**a)[0] * (2 * np.eye(3) - 1),)),
+        ("no coupling", "both stretches alike", lambda right, **a: (right(**a)[0] * np.eye(3),)),
+        ("coupling negative", "lam feels only the change of area", lambda right, **a: (
+            right(**a)[0] * (2 * np.eye(3) - 1),)),
         ("third row", "third row and column zero", plus(lambda **a: a["lam"][:, None, None] * np.eye(3))),
         ("times s", "the same everywhere", lambda right, **a: (right(**a)[0] * a["s"][:, :, None],)),
         ("first entry twice", "no direction is special", lambda right, **a: (right(**a)[0] * np.diag([2, 1, 0]),)),
@@ -522,7 +524,7 @@ def test_one_number_that_is_not_finite_breaks_every_property(right, task, number
 
 
 #: What the seed "one" draws, on every machine; another draw anywhere in properties.py changes it.
-DRAWN = "9d18705c7901a4c77eebc820c21cd5fd8d4494479c30fcb8f53150883d2a30f5"
+DRAWN = "b71980fd94de4e365e4a100d13c6f38a756c33496dbe1c8a03c0951e2a8c9207"
 
 
 def digest(seed):

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import shutil
+import warnings
 import zipfile
 
 import pytest
@@ -231,3 +232,19 @@ def test_in_a_class_what_answers_another_assignment_has_no_score_but_a_reason(tm
     assert "It was graded as solids." in note
     assert "says that it answers cloth, and this class is graded as solids" in told["cyd"].error
     assert {row.record.assignment["name"] for row in told.values() if row.record} == {"solids"}
+
+
+@pytest.mark.parametrize("same", [True, False])
+def test_of_entries_of_one_path_the_last_counts_and_that_is_said(tmp_path, same):
+    """As unpacking leaves it; two files of that path were named, with one name, and neither was taken."""
+    first = STUBS["collision.py"]
+    with zipfile.ZipFile(tmp_path / "work.zip", "w") as archive, warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # that the name is there already
+        archive.writestr("collision.py", first)
+        archive.writestr("collision.py", first if same else first + b"\n# later\n")
+    handed = collect(tmp_path / "work.zip", TABLE)
+    assert handed.files["collision.py"] == (first if same else first + b"\n# later\n")
+    told = [note for note in handed.about.notes if "collision.py" in note]
+    last = "collision.py is in its archive 2 times; the last one counts, as when it is unpacked."
+    assert len(told) == (0 if same else 1)
+    assert all(note.endswith(last) for note in told)

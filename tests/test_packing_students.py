@@ -142,6 +142,34 @@ def test_the_search_by_calling_finds_an_answer_where_there_is_one(given, tmp_pat
     assert said["answers"] == {"dpsi_dF": ["muslin.physics.planted.dpsi_dF"]}
 
 
+def test_nor_does_an_answer_in_practice_stay_unseen(given):
+    """As one that properties were drawn with: all of a triangle in one array."""
+    path = next((given / "installed" / "muslin" / "_shipped" / "practice" / "cloth").glob("triangles.py"))
+    before = path.read_text(encoding="utf-8")
+    planted = """
+
+def planted(X):
+    N, e1, e2 = normals(X), X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
+    g1, g2 = cross(e2, N), cross(N, e1)
+    g1, g2 = (g / np.sum(g * e, axis=1)[:, None] for g, e in ((g1, e1), (g2, e2)))
+    return np.stack([-g1 - g2, g1, g2], axis=1)
+"""
+    try:
+        path.write_text(before + planted, encoding="utf-8")
+        command = [
+            sys.executable,
+            "-I",
+            ROOT / "tests" / "answers_in.py",
+            given / "installed",
+            "cloth",
+            "dphi_dX",
+        ]
+        said = json.loads(subprocess.run(command, capture_output=True, text=True, check=True).stdout)
+    finally:
+        path.write_text(before, encoding="utf-8")
+    assert said["answers"] == {"dphi_dX": ["muslin_practice_cloth.triangles.planted"]}
+
+
 def told(given, *words, folder="cloth"):
     """What an installation of the pack says to a command typed in the workspace."""
     code = "import sys; sys.path.insert(0, sys.argv.pop(1)); sys.argv[0] = 'muslin'; import muslin.cli as c; c.main()"

@@ -227,6 +227,8 @@ def _piles(home: Path, homes: Sequence[Path], table: Assignment, notes: list[str
         claim = claimed(name, folder)
         if entry.is_symlink():
             notes.append(f"{name}: a link")
+        elif not folder and not entry.is_file(follow_symlinks=False):
+            notes.append(f"{name}: a pipe, a socket or a device, not a file")
         elif claim is not None:
             key = (tidy_name(claim.name), claim.id)
             pile = piles.setdefault(key, _Pile(claim.name, entry.path, claim.id))

@@ -120,7 +120,9 @@ def chosen(found: Found) -> Chosen:
     notes: list[str] = []
     closed = [f"{shown(name)} cannot be opened: {why}" for name, why in sorted(found.closed.items())]
     for file in found.wanted:
-        named = [entry for entry in found.entries if entry.file == file]
+        every = [entry for entry in found.entries if entry.file == file]
+        named = _last_of_each(every)
+        notes += _repeated(every)
         first = _first(named)
         if why := _refusal(file, first, named, closed):
             refused[file] = why
@@ -130,6 +132,24 @@ def chosen(found: Found) -> Chosen:
     notes += [*_noticed(found), *(f"{text}." for text in closed[:MOST_LISTED])]
     unreadable = "" if any(files.values()) else _unreadable(found, refused, closed)
     return Chosen(files, refused, notes[:MOST_NOTES], unreadable)
+
+
+def _last_of_each(entries: Sequence[Entry]) -> list[Entry]:
+    """Of entries that an archive holds under one path the last, which is what unpacking leaves."""
+    loose = [entry for entry in entries if not entry.level]
+    return loose + list({(entry.path, entry.upload): entry for entry in entries if entry.level}.values())
+
+
+def _repeated(entries: Sequence[Entry]) -> list[str]:
+    """What to say of paths that an archive holds several times, with different files."""
+    held: dict[tuple[str, int], list[Entry]] = {}
+    for entry in (entry for entry in entries if entry.level):
+        held.setdefault((entry.path, entry.upload), []).append(entry)
+    return [
+        f"{shown(path)} is in its archive {len(same)} times; the last one counts, as when it is unpacked."
+        for (path, _), same in held.items()
+        if len({(entry.data, entry.why) for entry in same}) > 1
+    ]
 
 
 def _first(named: Sequence[Entry]) -> list[Entry]:

@@ -32,14 +32,13 @@ from .triangles import (
     LIES,
     corners,
     deformed,
-    dual_gradients,
     longest_edge,
     moved,
     normals,
     points,
     rounding,
     smallest_height,
-    triangles,
+    with_gradients,
 )
 
 
@@ -50,17 +49,17 @@ def terms_deformation_gradient(a: Given) -> Any:
 
 def _carried(rng: Rng) -> np.ndarrays:
     """Deformed triangles, with the shape gradients and normals of undeformed ones."""
-    X = triangles(rng)
-    return {**deformed(rng), "dphi_dX": dual_gradients(X), "N": normals(X)}
+    X, G = with_gradients(rng)
+    return {**deformed(rng), "dphi_dX": G, "N": normals(X)}
 
 
 def _mapped(A: np.ndarray) -> Inputs:
     """Triangles deformed by x = A X + t."""
 
     def inputs(rng: Rng) -> np.ndarrays:
-        X = triangles(rng)
+        X, G = with_gradients(rng)
         x = moved("x0", "x1", "x2")(rng, corners("x", apply(A, X)))
-        return {**x, "dphi_dX": dual_gradients(X), "N": normals(X)}
+        return {**x, "dphi_dX": G, "N": normals(X)}
 
     return inputs
 

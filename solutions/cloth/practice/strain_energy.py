@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.judging import Change, Derivative, Given, Line, Outputs, Property, Rng
+from muslin.judging import Change, Derivative, Given, Line, Property, Rng
 from muslin.judging.differences import dot as dot_rows
 from muslin.judging.differences import flat, stepped
 from muslin.judging.relations import (
@@ -18,7 +18,6 @@ from muslin.judging.relations import (
     norms,
     rotations,
     summed,
-    sweep,
     times,
     vanishes,
 )
@@ -97,11 +96,6 @@ properties_right_cauchy_green = (
 
 
 AT_REST = np.ones(3)
-
-
-def _energy(s: np.ndarray, mu: np.ndarray, lam: np.ndarray) -> np.ndarray:
-    """psi, as its docstring has it in the student's file: what a Taylor sweep takes differences of."""
-    return mu * ((s[:, 0] - 1) ** 2 + (s[:, 1] - 1) ** 2) + lam / 2 * (s[:, 0] + s[:, 1] - 2) ** 2
 
 
 def _exchanged(rng: Rng, a: np.ndarrays) -> np.ndarrays:
@@ -204,19 +198,10 @@ properties_psi = (
 )
 
 
-def _gradient_sweep(a: Given, out: Outputs) -> np.ndarray:
-    """Components of dpsi/ds against differences of psi."""
-    s, mu, lam = a["s"], a["mu"], a["lam"]
-    errors = [
-        sweep(
-            out[0][:, k],
-            lambda t, k=k: _energy(s + t * I[k], mu, lam),  # type: ignore[misc]
-            (2 * mu + lam) * (1 + norms(s)),
-            (2.0**-1, 2.0**-3, 2.0**-5, 2.0**-7),
-        )
-        for k in range(3)
-    ]
-    return np.max(errors, axis=0)
+def _work(a: Given, p: np.ndarray, stiffness: np.ndarray) -> np.ndarray:
+    """dpsi_ds^T (s - 1), less a stiffness times |s - 1|^2."""
+    d = a["s"] - AT_REST
+    return dot(p - stiffness[:, None] * d, d)
 
 
 properties_dpsi_ds = (
@@ -247,32 +232,23 @@ properties_dpsi_ds = (
         follows(terms_dpsi_ds, lambda p: -3 * p),
     ),
     Property(
-        "Taylor sweep of psi",
-        "Changing one stretch by ever smaller steps, the change of psi per step must approach your gradient.",
-        states,
-        _gradient_sweep,
+        "work of one stretch alone",
+        "Stretching in one direction only, s = (1 + d, 1): dpsi_ds^T (s - 1) must be (2 mu + lam) d^2.",
+        _strip,
+        vanishes(terms_dpsi_ds, lambda a, p: _work(a, p, 2 * a["mu"] + a["lam"])),
+    ),
+    Property(
+        "lam feels only the change of area",
+        "Where s_0 + s_1 = 2 the area does not change (to first order): dpsi_ds^T (s - 1) must be 2 mu |s - 1|^2.",
+        _balanced,
+        vanishes(terms_dpsi_ds, lambda a, p: _work(a, p, 2 * a["mu"])),
     ),
 )
 
 
-def _hessian_sweep(a: Given, out: Outputs) -> np.ndarray:
-    """Entries of d2psi/ds2 against differences of differences of psi."""
-    s, mu, lam = a["s"], a["mu"], a["lam"]
-
-    def slope(j: int, t: float, k: int) -> np.ndarray:
-        return (_energy(s + t * I[k] + I[j], mu, lam) - _energy(s + t * I[k] - I[j], mu, lam)) / 2
-
-    errors = [
-        sweep(
-            out[0][:, j, k],
-            lambda t, j=j, k=k: slope(j, t, k),  # type: ignore[misc]
-            (2 * mu + lam) * (1 + norms(s)),
-            (2.0**-1, 2.0**-3, 2.0**-5),
-        )
-        for j in range(3)
-        for k in range(3)
-    ]
-    return np.max(errors, axis=0)
+def _met(H: np.ndarray, direction: np.ndarray) -> np.ndarray:
+    """How a change of the stretches in a direction d is met: d^T H d."""
+    return np.sum(H * direction[:, None] * direction, axis=(1, 2))
 
 
 def _negative_part(a: Given, H: np.ndarray) -> np.ndarray:
@@ -314,10 +290,16 @@ properties_d2psi_ds2 = (
         vanishes(None, _negative_part),
     ),
     Property(
-        "Taylor sweep of psi",
-        "Differences of the gradient over ever smaller steps must approach your second derivatives.",
+        "both stretches alike",
+        "Along d = (1, 1, 0) both stretches grow: d^T d2psi_ds2 d must be 4 (mu + lam).",
         states,
-        _hessian_sweep,
+        vanishes(None, lambda a, H: _met(H, np.array([1, 1, 0])) - 4 * (a["mu"] + a["lam"])),
+    ),
+    Property(
+        "lam feels only the change of area",
+        "Along d = (1, -1, 0) the area stays (to first order): d^T d2psi_ds2 d must be 4 mu.",
+        states,
+        vanishes(None, lambda a, H: _met(H, np.array([1, -1, 0])) - 4 * a["mu"]),
     ),
 )
 

@@ -28,7 +28,7 @@ from muslin.judging.vectors import I, apply, diag, mul, outer, transposed
 from muslin.tasks.comparing import size_of
 
 from .stretched import Deformed
-from .triangles import LIES, dual_gradients, left, reversed, sheets, stresses, triangles
+from .triangles import LIES, left, reversed, sheets, stresses, with_gradients
 
 
 def terms_dpsi_dF(a: Given) -> Any:
@@ -81,7 +81,7 @@ properties_dpsi_dF = (
 
 def _pulled(rng: Rng) -> np.ndarrays:
     """One vertex of triangles under stress."""
-    G = dual_gradients(triangles(rng))
+    _, G = with_gradients(rng)
     sheet = sheets(rng, len(G))
     return {"P": _P(rng), "grad_phi": G[:, 1], "area": sheet["area"], "h": sheet["h"]}
 
@@ -92,7 +92,8 @@ def _P(rng: Rng, count: int = len(LIES)) -> np.ndarray:
 
 def _three_pulled(rng: Rng) -> np.ndarrays:
     """All three vertices, one after another."""
-    G, sheet, P = dual_gradients(triangles(rng)), sheets(rng, len(LIES)), _P(rng)
+    _, G = with_gradients(rng)
+    sheet, P = sheets(rng, len(LIES)), _P(rng)
     return in_turn(*({"P": P, "grad_phi": G[:, i], "area": sheet["area"], "h": sheet["h"]} for i in range(3)))
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from muslin.judging import Arrays, Change, Given, Rng
 from muslin.judging.relations import Q, between, binades, rotations, turned, vectors
-from muslin.judging.vectors import apply, cross, dot, length, mul, unit
+from muslin.judging.vectors import apply, cross, length, mul, transposed, unit
 
 #: Pairs of principal directions reversed together: still rotations, still the same F.
 REVERSED = np.array([[-1.0, -1.0, 1.0], [1.0, -1.0, -1.0], [-1.0, 1.0, -1.0]])
@@ -79,12 +79,21 @@ def weights_around(rng: Rng, count: int) -> np.ndarray:
     return np.stack([1 - phi12[:, 0] - phi12[:, 1], phi12[:, 0], phi12[:, 1]], axis=1)
 
 
-def dual_gradients(X: np.ndarray) -> np.ndarray:
-    """Rows that sum to zero, dual to the edges: what the simulator would hand on as dphi_dX, (b, 3, 3)."""
-    N, e1, e2 = normals(X), X[:, 1] - X[:, 0], X[:, 2] - X[:, 0]
-    g1, g2 = cross(e2, N), cross(N, e1)
-    g1, g2 = g1 / dot(g1, e1)[:, None], g2 / dot(g2, e2)[:, None]
-    return np.stack([-g1 - g2, g1, g2], axis=1)
+def with_gradients(rng: Rng) -> tuple[np.ndarray, np.ndarray]:
+    """Triangles that lie as the `LIES` say, (b, 3, 3), and what the simulator would hand on as their dphi_dX.
+
+    Both are drawn together: whatever is done to an edge is undone in the row that belongs to it.
+    """
+    thin, size, distance = LIES.T
+    R, long = rotations(rng, len(LIES)), np.stack([size, size / thin], axis=1)[..., None]
+    edges, rows = long * transposed(R)[:, :2], transposed(R)[:, :2] / long
+    for i, j in ((0, 1), (1, 0)):
+        share = between(rng, -0.4, 0.4, len(LIES), 1) * (thin[:, None] if j == 0 else 1 / thin[:, None])
+        edges[:, j] += share * edges[:, i]
+        rows[:, i] -= share * rows[:, j]
+    first = distance[:, None] * vectors(rng, len(LIES))
+    X = np.stack([first, first + edges[:, 0], first + edges[:, 1]], axis=1)
+    return X, np.concatenate([-(rows[:, :1] + rows[:, 1:]), rows], axis=1)
 
 
 def material(rng: Rng, count: int) -> Arrays:

@@ -55,26 +55,6 @@ properties_psi = (
 )
 
 
-def _size(a: Given) -> Any:
-    """What differences of psi are sums of: it grows with the fourth power of the stretches."""
-    return (2 * a["mu"] + a["lam"]) * (1 + norms(a["s"])) ** 4
-
-
-def _gradient_sweep(a: Given, out: Outputs) -> np.ndarray:
-    """Components of dpsi/ds against differences of psi."""
-    s, mu, lam = a["s"], a["mu"], a["lam"]
-    errors = [
-        sweep(
-            out[0][:, k],
-            lambda t, k=k: _energy(s + t * I[k], mu, lam),  # type: ignore[misc]
-            _size(a),
-            (2.0**-1, 2.0**-3, 2.0**-5, 2.0**-7),
-        )
-        for k in range(3)
-    ]
-    return np.max(errors, axis=0)
-
-
 properties_dpsi_ds = (
     Property(
         "no stress at rest",
@@ -96,35 +76,7 @@ properties_dpsi_ds = (
     ),
     _third_stretch(terms_dpsi_ds),
     _materials_add(terms_dpsi_ds),
-    Property(
-        "Taylor sweep of psi",
-        "Changing one stretch by ever smaller steps, the change of psi per step must approach your gradient.",
-        states,
-        _gradient_sweep,
-    ),
 )
-
-
-def _hessian_sweep(a: Given, out: Outputs) -> np.ndarray:
-    """Entries of d2psi/ds2 against differences of differences of psi, a polynomial of degree four in the stretches."""
-    s, mu, lam = a["s"], a["mu"], a["lam"]
-
-    def slope(j: int, t: float, k: int) -> np.ndarray:
-        """Derivative by s_j, exact for a polynomial of this degree."""
-        at = [_energy(s + t * I[k] + d * I[j], mu, lam) for d in (-2, -1, 1, 2)]
-        return (at[0] - 8 * at[1] + 8 * at[2] - at[3]) / 12
-
-    errors = [
-        sweep(
-            out[0][:, j, k],
-            lambda t, j=j, k=k: slope(j, t, k),  # type: ignore[misc]
-            _size(a),
-            (2.0**-1, 2.0**-3, 2.0**-5),
-        )
-        for j in range(3)
-        for k in range(3)
-    ]
-    return np.max(errors, axis=0)
 
 
 properties_d2psi_ds2 = (
@@ -153,12 +105,6 @@ properties_d2psi_ds2 = (
         follows(None, lambda H: H[:, [1, 0, 2]][:, :, [1, 0, 2]]),
     ),
     _materials_add(None),
-    Property(
-        "Taylor sweep of psi",
-        "Differences of the gradient over ever smaller steps must approach your second derivatives.",
-        states,
-        _hessian_sweep,
-    ),
 )
 
 

@@ -12,7 +12,7 @@ from muslin.judging.relations import STRAIN, Q, again, follows, summed, turned, 
 from muslin.judging.vectors import I, apply, det, mul
 from muslin.tasks.comparing import largest_of, size_of
 
-from .tetrahedra import corners, deformed, dual_gradients, moved, points, six_volumes, tetrahedra
+from .tetrahedra import corners, deformed, moved, points, six_volumes, with_gradients
 
 
 def terms_deformation_gradient(a: Given) -> Any:
@@ -22,16 +22,16 @@ def terms_deformation_gradient(a: Given) -> Any:
 
 def _carried(rng: Rng) -> Arrays:
     """Deformed tetrahedra, with the shape gradients of undeformed ones."""
-    return {**deformed(rng), "dphi_dX": dual_gradients(tetrahedra(rng))}
+    return {**deformed(rng), "dphi_dX": with_gradients(rng)[1]}
 
 
 def _mapped(A: np.ndarray) -> Inputs:
     """Tetrahedra deformed by x = A X + t."""
 
     def inputs(rng: Rng) -> Arrays:
-        X = tetrahedra(rng)
+        X, G = with_gradients(rng)
         x = moved("x0", "x1", "x2", "x3")(rng, corners("x", apply(A, X)))
-        return {**x, "dphi_dX": dual_gradients(X)}
+        return {**x, "dphi_dX": G}
 
     return inputs
 

@@ -33,7 +33,7 @@ from muslin.judging.relations import (
 from muslin.judging.vectors import apply, length, transposed
 from muslin.tasks.comparing import largest_of, natural_scale, size_of
 
-from .tetrahedra import LIES, bodies, dual_gradients, left, tetrahedra
+from .tetrahedra import LIES, bodies, left, with_gradients
 
 
 def terms_nodal_force(a: Given) -> Any:
@@ -53,14 +53,14 @@ def terms_spring_force(a: Given) -> Any:
 
 def _pulled(rng: Rng) -> Arrays:
     """One vertex of tetrahedra under stress."""
-    G = dual_gradients(tetrahedra(rng))
+    _, G = with_gradients(rng)
     P = matrices(rng, len(LIES)) * binades(rng, 7, 16, len(LIES))[:, None, None]
     return {"P": P, "grad_phi": G[:, 1], "volume": bodies(rng, len(G))["volume"]}
 
 
 def _all_four(rng: Rng) -> Arrays:
     """The same stress at all four vertices."""
-    a, G = _pulled(rng), dual_gradients(tetrahedra(rng))
+    a, (_, G) = _pulled(rng), with_gradients(rng)
     return in_turn(*({**a, "grad_phi": G[:, i]} for i in range(4)))
 
 
@@ -120,7 +120,7 @@ properties_nodal_force = (
 
 def _stiff(rng: Rng) -> Arrays:
     """Two vertices of tetrahedra, and any symmetric Hessian."""
-    G, count = dual_gradients(tetrahedra(rng)), len(LIES)
+    (_, G), count = with_gradients(rng), len(LIES)
     H = between(rng, -1, 1, count, 9, 9) * binades(rng, 7, 16, count)[:, None, None]
     return {
         "d2psi_dF2": H + transposed(H),
@@ -137,7 +137,7 @@ def _unsymmetric(rng: Rng) -> Arrays:
 
 def _every_other(rng: Rng) -> Arrays:
     """Vertex i with each of the four vertices j."""
-    a, G = _stiff(rng), dual_gradients(tetrahedra(rng))
+    a, (_, G) = _stiff(rng), with_gradients(rng)
     return in_turn(*({**a, "grad_phi_i": G[:, 1], "grad_phi_j": G[:, j]} for j in range(4)))
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from muslin.judging import Arrays, Derivative, Given, Line, Outputs, Property, Rng
+from muslin.judging import Arrays, Derivative, Given, Line, Property, Rng
 from muslin.judging.differences import CASES, flat, stepped
 from muslin.judging.relations import (
     STRAIN,
@@ -16,7 +16,6 @@ from muslin.judging.relations import (
     follows,
     rotations,
     summed,
-    sweep,
     vanishes,
 )
 from muslin.judging.vectors import I, det, mul, transposed
@@ -28,14 +27,8 @@ from .tetrahedra import left, material, right, states
 #: 2e-10 in a quarter of the cases, sometimes in half of them.
 SPARED = 0.75
 
-SWEPT = (2.0**-3, 2.0**-5, 2.0**-7, 2.0**-9)
-
-
-def _energy(F: np.ndarray, C: np.ndarray, D: np.ndarray) -> np.ndarray:
-    """psi, as its docstring has it in the student's file: what a Taylor sweep takes differences of."""
-    J = det(F)
-    squares = np.sum(F * F, axis=(-2, -1))
-    return C * (squares / np.cbrt(J * J) - 3) + D * (J - 1) ** 2
+#: A shear of the undeformed solid, dF = F SHEAR: it keeps the volume, and sheared twice it is nothing.
+SHEAR = Q[0][:, None] * Q[1]
 
 
 def _measures(a: Given) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -143,18 +136,6 @@ def _torque(a: Given, P: np.ndarray) -> np.ndarray:
     return stress - transposed(stress)
 
 
-def _stress_sweep(a: Given, out: Outputs) -> np.ndarray:
-    """P : dF against differences of psi, along a fixed direction."""
-    F, C, D = a["F"], a["C"], a["D"]
-    move = 0.1 * STRAIN
-    return sweep(
-        np.sum(out[0] * move, axis=(1, 2)),
-        lambda t: _energy(F + t * move, C, D),
-        terms_dpsi_dF(a),
-        SWEPT,
-    )
-
-
 properties_dpsi_dF = (
     Property(
         "no stress at rest",
@@ -193,10 +174,16 @@ properties_dpsi_dF = (
         ),
     ),
     Property(
-        "Taylor sweep of psi",
-        "Changing F by ever smaller steps, the change of psi per step must approach your stress.",
+        "work of a shear",
+        "A shear dF keeps the volume, and must do work against C alone: P : dF must be 2 C J^(-2/3) F : dF.",
         states,
-        _stress_sweep,
+        vanishes(
+            terms_dpsi_dF,
+            lambda a, P: np.sum(
+                (P - (2 * a["C"] * _measures(a)[1])[:, None, None] * a["F"]) * mul(a["F"], SHEAR), axis=(1, 2)
+            ),
+            lambda a: size_of(a["F"]),
+        ),
     ),
 )
 
@@ -232,19 +219,16 @@ def _hooke(a: Given, H: np.ndarray) -> np.ndarray:
     return _along(H, STRAIN) - law
 
 
-def _hessian_sweep(a: Given, out: Outputs) -> np.ndarray:
-    """dF : H : dF against differences of differences of psi."""
-    F, C, D = a["F"], a["C"], a["D"]
-    one, other = 0.1 * STRAIN, 0.1 * Q
+def _growing_twice(a: Given, H: np.ndarray) -> np.ndarray:
+    """F : H : F, less what growing alike in all directions costs, to second order."""
+    J = det(a["F"])
+    return np.sum(_along(H, a["F"]) * a["F"], axis=(1, 2)) - 6 * a["D"] * J * (5 * J - 2)
 
-    def slope(t: float) -> np.ndarray:
-        """Derivative along `one` at F + t `other`, by differences of sixth order."""
-        at, h = F + t * other, 2.0**-5
-        d1, d2, d3 = (_energy(at + k * h * one, C, D) - _energy(at - k * h * one, C, D) for k in (1, 2, 3))
-        return (45 * d1 - 9 * d2 + d3) / (60 * h)
 
-    found = np.sum(_along(out[0], other) * one, axis=(1, 2))
-    return sweep(found, slope, terms_d2psi_dF2(a), (2.0**-2, 2.0**-4, 2.0**-6))
+def _shearing_twice(a: Given, H: np.ndarray) -> np.ndarray:
+    """dF : H : dF, less what a shear costs, to second order."""
+    move, freed = mul(a["F"], SHEAR), _measures(a)[1]
+    return np.sum(_along(H, move) * move, axis=(1, 2)) - 2 * a["C"] * freed * np.sum(move * move, axis=(1, 2))
 
 
 properties_d2psi_dF2 = (
@@ -280,11 +264,16 @@ properties_d2psi_dF2 = (
     ),
     _materials_add(terms_d2psi_dF2),
     Property(
-        "Taylor sweep of psi",
-        "Differences of differences of psi over ever smaller steps must approach your second derivatives.",
+        "growing, to second order",
+        "Growing alike in all directions must be met by D alone: F : d2psi_dF2 : F must be 6 D J (5 J - 2).",
         states,
-        _hessian_sweep,
-        tolerance=1e-7,
+        vanishes(terms_d2psi_dF2, _growing_twice, lambda a: size_of(a["F"]) ** 2),
+    ),
+    Property(
+        "a shear, to second order",
+        "A shear dF keeps the volume and must be met by C alone: dF : d2psi_dF2 : dF must be 2 C J^(-2/3) |dF|^2.",
+        states,
+        vanishes(terms_d2psi_dF2, _shearing_twice, lambda a: size_of(a["F"]) ** 2),
     ),
 )
 

@@ -46,12 +46,21 @@ def six_volumes(x: np.ndarray) -> np.ndarray:
     return dot(cross(a, b), c)
 
 
-def dual_gradients(X: np.ndarray) -> np.ndarray:
-    """Rows that sum to zero, dual to the edges: what the simulator would hand on as dphi_dX, (b, 4, 3)."""
-    a, b, c = (X[:, i] - X[:, 0] for i in range(1, 4))
-    three = [cross(b, c), cross(c, a), cross(a, b)]
-    g = np.stack(three, axis=1) / six_volumes(X)[:, None, None]
-    return np.concatenate([-(g[:, :1] + g[:, 1:2] + g[:, 2:]), g], axis=1)
+def with_gradients(rng: Rng) -> tuple[np.ndarray, np.ndarray]:
+    """Tetrahedra that lie as the `LIES` say, (b, 4, 3), and what the simulator would hand on as their dphi_dX.
+
+    Both are drawn together: whatever is done to an edge is undone in the row that belongs to it.
+    """
+    size, distance = LIES.T
+    R, long = rotations(rng, len(LIES)), size[:, None, None] * between(rng, 0.8, 1.2, len(LIES), 3, 1)
+    edges, rows = long * R, R / long
+    for i, j in ((0, 1), (1, 2), (2, 0), (1, 0), (2, 1), (0, 2)):
+        share = between(rng, -0.2, 0.2, len(LIES), 1)
+        edges[:, j] += share * edges[:, i]
+        rows[:, i] -= share * rows[:, j]
+    first = (distance[:, None] * vectors(rng, len(LIES)))[:, None]
+    X = np.concatenate([first, first + edges], axis=1)
+    return X, np.concatenate([-(rows[:, :1] + rows[:, 1:2] + rows[:, 2:]), rows], axis=1)
 
 
 def weights_around(rng: Rng, count: int) -> np.ndarray:
