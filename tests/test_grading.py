@@ -169,6 +169,19 @@ def test_folder_zip_and_tar_are_the_same_submission(small, tmp_path):
     assert "missing" in records[0]["phi"].message
 
 
+def test_the_words_of_a_seed_are_in_no_view_and_the_same_words_give_the_same_record(small):
+    from muslin.grading import views
+
+    words = "six words that nobody would guess"
+    record = muslin.grade(small, seed=words)
+    again, other = muslin.grade(small, seed=words), muslin.grade(small, seed=f"{words}!")
+    assert record.as_json(timing=False) == again.as_json(timing=False)
+    assert record.seed.startswith("digest:")
+    assert record.seed != other.seed
+    for format in views.FORMATS:
+        assert words not in views.render(record, format, **({"quality": "none"} if format == "html" else {}))
+
+
 def test_the_instructors_hidden_cases_are_used_besides(small, tmp_path):
     from muslin.authoring import reference_data
 

@@ -24,6 +24,7 @@ from muslin.base.child import Child, python
 from muslin.base.errors import MuslinError, of_system
 from muslin.base.scratch import CLASS, GRADING, Scratch, remove, sweep
 from muslin.base.version import __version__
+from muslin.grading.record import digest
 from muslin.grading.submission import Handed
 
 
@@ -63,7 +64,7 @@ class Terms:
             "submission": hashlib.sha256(json.dumps(contents, sort_keys=True).encode()).hexdigest(),
             "assignment": self.edition,
             "hidden": hidden.hexdigest() if self.hidden else "",
-            "seed": self.seed or "",
+            "seed": digest(self.seed) if self.seed else "",
             "safety": self.safety,
             "deadline": "" if self.deadline is None else f"{self.deadline:g}",
         }

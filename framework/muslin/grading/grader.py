@@ -23,7 +23,7 @@ from muslin.grading import checks, simulating
 from muslin.grading.checks import Verdict
 from muslin.grading.kernels import Store, tidy
 from muslin.grading.reader import Reader
-from muslin.grading.record import Record, TaskResult
+from muslin.grading.record import Record, TaskResult, digest
 from muslin.grading.sandbox import Sandbox
 from muslin.grading.stages import Progress, Stages
 from muslin.grading.submission import Handed, answered, gradable
@@ -59,7 +59,7 @@ def grade(
         cases drawn for every submission.
     seed : str or int, optional
         What those are drawn from; default the submission's own bytes and the instructor's secret, so that the
-        same submission always meets the same cases.
+        same submission always meets the same cases. Of a seed that is given the record has a digest only.
     safety : {"auto", "namespace", "uid", "process"}
         How the submission is kept apart; see `muslin.grading.sandbox`.
     deadline : float, optional
@@ -104,7 +104,7 @@ def grade(
             )
         table = replace(table, tasks={name: task for name, task in table.tasks.items() if name in only})
     folder, secret = instructors_data(hidden, table)
-    drawn_from = _seed(seed, handed, secret)
+    drawn_from, told_of_seed = _seed(seed, handed, secret)
     of_instructor = checks.instructors_cases(table, folder)
     store = Store(None if fresh else handed.about.sha256)
     kept = [*map(Path, secrets), *([folder] if folder else [])]
@@ -130,7 +130,7 @@ def grade(
         submission=handed.about,
         environment=_environment(),
         safety=sandbox.safety,
-        seed=drawn_from,
+        seed=told_of_seed,
         hidden={"cases": table.grading.hidden_cases, "instructor": of_instructor},
         tasks=tuple(_result(table, stages.verdicts[name]) for name in table.tasks),
         simulation=simulation,
@@ -233,10 +233,12 @@ def instructors_data(hidden: Path | str | None, table: Assignment) -> tuple[Path
     return folder, secret
 
 
-def _seed(seed: str | int | None, handed: Handed, secret: str) -> str:
+def _seed(seed: str | int | None, handed: Handed, secret: str) -> tuple[str, str]:
+    """What cases are drawn from, and what the record says of it: of words that others are graded by only a digest."""
     if seed is not None:
-        return str(seed)
-    return hashlib.sha256(f"{secret}/{handed.about.sha256}".encode()).hexdigest()[:16]
+        return str(seed), digest(str(seed))
+    drawn_from = hashlib.sha256(f"{secret}/{handed.about.sha256}".encode()).hexdigest()[:16]
+    return drawn_from, drawn_from
 
 
 def _environment() -> dict[str, Any]:
