@@ -10,9 +10,10 @@ from typing import Annotated
 import typer
 
 from muslin.base.errors import MuslinError
-from muslin.cli.app import Cloth, Functions, Scale, Setting, app
+from muslin.cli.app import Cloth, Scale, Setting, app
 from muslin.cli.console import say
 from muslin.cli.simulating import _settings
+from muslin.cli.student import Functions
 
 
 class Backend(str, Enum):
@@ -88,14 +89,12 @@ def play(
         str | None,
         typer.Argument(metavar="[triangle|tetrahedron]", help="Default: what this workspace is about."),
     ] = None,
-    functions: Annotated[
-        Path | None, typer.Option("--functions", help="Folder with the task files. Default: this workspace.")
-    ] = None,
+    functions: Functions = None,
     case: Annotated[
         str | None, typer.Option(metavar="TASK:NUMBER", help="Begin with a public case, as explain shows it.")
     ] = None,
-    mu: Annotated[float, typer.Option(help="Lamé parameter [Pa].")] = 1.0,
-    lam: Annotated[float, typer.Option(help="Lamé parameter [Pa].")] = 1.0,
+    mu: Annotated[float, typer.Option(help="Lamé's parameter: the shear modulus [Pa].")] = 1.0,
+    lam: Annotated[float, typer.Option(help="Lamé's other parameter [Pa].")] = 1.0,
     port: Annotated[int, typer.Option(help="Port of the browser's page.", min=1, max=65535)] = 8080,
     no_open: Annotated[
         bool, typer.Option("--no-open", help="Do not open the page, only say where it is.")
