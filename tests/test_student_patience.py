@@ -51,3 +51,20 @@ def test_a_verdict_stands_without_its_explanation(tmp_path, body, status, says, 
     assert likely in reports[0].mistake
     assert "has not come to an end" not in reports[0].message
     assert reports[1].status == checking.GREEN
+
+
+def test_explain_shows_the_case_all_the_same(tmp_path, monkeypatch, capsys):
+    from muslin import cli
+    from muslin.student import explaining
+
+    folder = tmp_path / "cloth"
+    workspace.start("cloth", folder)
+    body = "@ti.func\ndef filter_velocity(v, n):\n    return 2.0 * v\n"
+    (folder / "collision.py").write_text(f"{ENDLESS}import taichi as ti\n\n{body}", encoding="utf-8")
+    monkeypatch.chdir(folder)
+    monkeypatch.setattr(explaining.Looking, "allowed", 1.0)
+    monkeypatch.setattr("sys.argv", ["muslin", "explain", "filter_velocity"])
+    cli.main()
+    said = capsys.readouterr().out
+    assert "wrong in case" in said
+    assert "has not come to an end" not in said

@@ -354,16 +354,19 @@ def explain(
 ) -> None:
     """Show one public case step by step: inputs, what lies on the way, your variables, yours and expected."""
     from muslin.student import explaining
-    from muslin.student.worker import Worker
+    from muslin.student.worker import Crashed, Worker
     from muslin.student.workspace import find
 
     workspace = find(functions)
-    name = _one(workspace, task)
+    name, line = _one(workspace, task), ""
+    asked = workspace.folder, workspace.table.name, name, case
     with Worker() as worker:
-        for line in worker.ask(
-            explaining.steps, workspace.folder, workspace.table.name, name, case, deadline=60
-        ):
-            say(line)
+        try:
+            for line in worker.ask(explaining.steps, *asked, deadline=60):
+                say(line)
+        except Crashed:
+            if not isinstance(line, explaining.Looking):  # else the student's code has long come to its end
+                raise
     say(f"\nThe handout: {workspace.chapter(name)}")
 
 

@@ -17,6 +17,7 @@ from muslin.base.errors import MuslinError
 from muslin.judging import judge
 from muslin.judging.knowledge import known
 from muslin.judging.told import Told
+from muslin.student.checking import EXPLAINING
 from muslin.student.rows import beside, changed, named, titled
 from muslin.tasks import manifest as tables
 from muslin.tasks.wiring import case_called, results_called, to_called, to_own
@@ -106,6 +107,12 @@ def steps(folder: Path, assignment: str, name: str, case: int | None) -> Iterato
     yield from _whole(functions, assignment, name, case)
 
 
+class Looking(str):
+    """A line after which the mistake is looked for; `allowed` says for how long [s]."""
+
+    allowed = EXPLAINING
+
+
 def _verdict(
     task: Any, got: Any, expected: Any, inputs: Values, verdict: Any, assignment: str, text: str
 ) -> Iterator[str]:
@@ -113,7 +120,7 @@ def _verdict(
     if verdict.ok:
         yield f"All of your answers are right: {verdict.message}"
         return
-    yield f"{verdict.message.splitlines()[0]}."
+    yield Looking(f"{verdict.message.splitlines()[0]}.")
     from muslin.grading.diagnosis import diagnose
 
     found = diagnose(task, got, expected, inputs, assignment, text)
