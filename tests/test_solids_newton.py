@@ -60,6 +60,20 @@ def test_every_right_line_search_keeps_every_property(halvings, share):
     assert broken(line_search(halvings, share)) == set()
 
 
+@pytest.mark.parametrize(
+    "enough", ["np.sqrt(g @ g) > tolerance", "np.abs(g).max() > tolerance / 2", "not norm(g) <= tolerance"]
+)
+def test_every_right_way_to_stop_keeps_every_property(enough):
+    enough = enough.replace("norm", "np.linalg.norm")
+    assert broken(line_search().replace("np.linalg.norm(g) > tolerance", enough)) == set()
+
+
+@pytest.mark.parametrize("never", ["True", "np.linalg.norm(x) > tolerance", "np.linalg.norm(g) > 1e-10"])
+def test_who_goes_on_where_the_gradient_is_short_breaks_one(never):
+    text = line_search().replace("np.linalg.norm(g) > tolerance", never)
+    assert "no step where the gradient is short" in broken(text)
+
+
 @pytest.mark.parametrize("part", ["0.3", "0.7", "0.9"])
 def test_other_halvings_take_as_many_steps(part):
     assert "no more steps than allowed" not in broken(line_search(part=part))

@@ -355,6 +355,31 @@ def _hessians(*changes: dict[str, float]) -> Any:
     return lambda a: tuple(Parts(a).hessian(**change) for change in changes)
 
 
+#: Factors a term may have too much.
+FACTORS = (0.5, 2.0, -1.0, 3.0, 1.5, 1 / 3)
+
+#: Numbers of entry (i, j), and others that come of a slip in them.
+ROW_BY_ROW = np.arange(9)
+NUMBERS = tuple(
+    np.array([number(*divmod(k, 3)) for k in range(9)])
+    for number in (lambda i, j: i + j, lambda i, j: i + 3 * j, lambda i, j: 2 * i + j)
+)
+
+
+def _numbered(a: Case, rows: np.ndarray, columns: np.ndarray) -> tuple[np.ndarray, ...]:
+    """What comes where it does not belong, added up or the last; the identity as it belongs, or by equal numbers."""
+    p = Parts(a)
+    equal = (rows[:, None] == columns).astype(np.float64)
+    by_number = p.hessian(one=0) + _m(2 * p.C * p.a) * equal
+    added, last, equals = np.zeros_like(a.right), np.zeros_like(a.right), np.zeros_like(a.right)
+    for k, row in enumerate(rows):
+        for m, column in enumerate(columns):
+            added[:, row, column] += a.right[:, k, m]
+            equals[:, row, column] += by_number[:, k, m]
+            last[:, row, column] = a.right[:, k, m]
+    return added, last, equals
+
+
 def _straight(shape: float, volume: float, indices: str = "bim,bjn") -> Any:
     """dG_ij/dF_mn = -G_im G_jn, or with other indices, in one term or in both."""
 
@@ -474,6 +499,44 @@ mistakes_d2psi_dF2 = (
                     lambda J: (2 * J - 1) / J,
                 )
             ),
+        ),
+    ),
+    Mistake(
+        "derivative of the invariant",
+        "The term with G_ij F_mn, from the derivative of tr(F^T F), is wrong by a factor or has the wrong sign.",
+        "The derivative of tr(F^T F) by F_mn is 2 F_mn.",
+        _hessians(*({"gf": factor} for factor in FACTORS)),
+    ),
+    Mistake(
+        "derivative of the power",
+        "The terms from the derivative of J^(-2/3), with F_ij G_mn, are wrong by a factor or have the wrong sign.",
+        "The derivative of J^(-2/3) by F_mn is -2/3 J^(-2/3) G_mn.",
+        _hessians(
+            *({"fg": factor} for factor in FACTORS),
+            *({"fg": factor, "gg": factor} for factor in (0.0, *FACTORS)),
+        ),
+    ),
+    Mistake(
+        "derivative of J",
+        "The term with G_ij G_mn of the change of volume is wrong by a factor or has the wrong sign.",
+        "It is 2 D (2 J - 1) J G_ij G_mn: the derivative of J by F_mn is J G_mn.",
+        _hessians(*({"more": factor} for factor in FACTORS)),
+    ),
+    Mistake(
+        "factor of dG",
+        "A term from the derivative of F^(-T), with G_in G_mj, is wrong by a factor.",
+        "dG_ij/dF_mn = -G_in G_mj, times what stands before G in each term.",
+        _hessians(*({"turn": factor} for factor in FACTORS), *({"less": factor} for factor in FACTORS)),
+    ),
+    Mistake(
+        "other numbers",
+        "Rows or columns have other numbers than 3 i + j and 3 m + n: some entries lie on others, and some stay zero.",
+        "Entry F_ij has the number 3 i + j, F_mn the number 3 m + n.",
+        lambda a: tuple(
+            made
+            for number in NUMBERS
+            for rows, columns in ((number, ROW_BY_ROW), (ROW_BY_ROW, number))
+            for made in _numbered(a, rows, columns)
         ),
     ),
     Mistake(

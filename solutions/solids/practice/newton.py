@@ -82,17 +82,26 @@ def _few_steps(rng: Rng) -> Arrays:
     return {**a, "x": a["m"] + _way(a["A"], y), "kind": np.full(count, 2, np.int32), "most_steps": steps}
 
 
+#: Steps after which the gradient is short enough, and how many times as long it may be.
+AFTER = np.array([0, 1, 2, 0, 1, 2, 0, 1])
+LONGER = np.array([4, 2.5, 4])[AFTER]
+
+
 def _short_on_the_way(rng: Rng) -> Arrays:
-    """As `_few_steps`, with a tolerance that holds after none, one or two steps, and not before."""
+    """As `_few_steps`, with a tolerance that holds after none, one or two steps, whichever length one measures."""
     a = _few_steps(rng)
-    after = np.array([0, 1, 2, 0, 1, 2, 0, 1])
-    y = _slope(a, a["x"])
-    for k in range(2):
-        y = np.where((k < after)[:, None], -y * y, y)
+    y = _led(_slope(a, a["x"]), AFTER)
     slopes = a["w"] * y / (1 + y)
     gradient = np.sum(a["A"] * slopes[:, :, None], axis=1)
-    tolerance = np.where(after == 2, 4, 1.5) * np.sqrt(np.sum(gradient * gradient, axis=1))
+    tolerance = LONGER * np.sqrt(np.sum(gradient * gradient, axis=1))
     return {**a, "tolerance": tolerance, "most_steps": np.full(len(KINDS), 30, np.int32)}
+
+
+def _led(y: np.ndarray, steps: np.ndarray) -> np.ndarray:
+    """Where whole steps lead in `_few_steps`: each from y to -y^2."""
+    for k in range(int(steps.max())):
+        y = np.where((k < steps)[:, None], -y * y, y)
+    return y
 
 
 def _weighed(rng: Rng, a: Arrays) -> Arrays:
@@ -111,11 +120,13 @@ def _slope(a: Given, x: np.ndarray) -> np.ndarray:
 
 
 def _from_where_steps_lead(a: Given, x: np.ndarray) -> np.ndarray:
-    """How far y is from where whole steps lead in `_few_steps`: each from y to -y^2."""
-    y = _slope(a, a["x"])
-    for k in range(int(a["most_steps"].max())):
-        y = np.where((k < a["most_steps"])[:, None], -y * y, y)
-    return _slope(a, x) - y
+    """How far y is from where so many steps lead as are allowed."""
+    return _slope(a, x) - _led(_slope(a, a["x"]), a["most_steps"])
+
+
+def _from_where_it_is_short(a: Given, x: np.ndarray) -> np.ndarray:
+    """How far y is from where the gradient is short enough."""
+    return _slope(a, x) - _led(_slope(a, a["x"]), AFTER)
 
 
 properties_newtons_method = (
@@ -148,6 +159,12 @@ properties_newtons_method = (
         "With most_steps = 1, 2 or 3, x must be where that many steps of Newton's lead, and no further.",
         _few_steps,
         vanishes(terms_newtons_method, _from_where_steps_lead),
+    ),
+    Property(
+        "no step where the gradient is short",
+        "Where the gradient is at most tolerance long, x must stay: no step is taken any more, and none too few.",
+        _short_on_the_way,
+        vanishes(terms_newtons_method, _from_where_it_is_short),
     ),
     Property(
         "moves with the objective",

@@ -411,3 +411,157 @@ def d2psi_dF2(F, C, D):
         for i, j in ti.ndrange(3, 3):
             H[3 * i + j, 3 * m + n] = dP[i, j]
     return H
+
+
+# wrong: two-of-the-invariant | cause: derivative of the invariant
+@ti.func
+def d2psi_dF2(F, C, D):
+    J = F.determinant()
+    G = F.inverse().transpose()
+    I1 = (F.transpose() @ F).trace()
+    a = 2 * C * J ** (-2 / 3)
+    H = ti.Matrix.zero(float, 9, 9)
+    for m, n in ti.ndrange(3, 3):
+        dF = ti.Matrix.zero(float, 3, 3)
+        dF[m, n] = 1.0
+        dG = -G @ dF.transpose() @ G
+        dJ = J * G[m, n]
+        dI = F[m, n]
+        da = -2 / 3 * a * G[m, n]
+        dP = da * (F - I1 / 3 * G) + a * (dF - dI / 3 * G - I1 / 3 * dG)
+        dP += 2 * D * ((2 * J - 1) * dJ * G + (J - 1) * J * dG)
+        for i, j in ti.ndrange(3, 3):
+            H[3 * i + j, 3 * m + n] = dP[i, j]
+    return H
+
+
+# wrong: two-of-the-power | cause: derivative of the power
+@ti.func
+def d2psi_dF2(F, C, D):
+    J = F.determinant()
+    G = F.inverse().transpose()
+    I1 = (F.transpose() @ F).trace()
+    a = 2 * C * J ** (-2 / 3)
+    H = ti.Matrix.zero(float, 9, 9)
+    for m, n in ti.ndrange(3, 3):
+        dF = ti.Matrix.zero(float, 3, 3)
+        dF[m, n] = 1.0
+        dG = -G @ dF.transpose() @ G
+        dJ = J * G[m, n]
+        dI = 2 * F[m, n]
+        da = -1 / 3 * a * G[m, n]
+        dP = da * (F - I1 / 3 * G) + a * (dF - dI / 3 * G - I1 / 3 * dG)
+        dP += 2 * D * ((2 * J - 1) * dJ * G + (J - 1) * J * dG)
+        for i, j in ti.ndrange(3, 3):
+            H[3 * i + j, 3 * m + n] = dP[i, j]
+    return H
+
+
+# wrong: sign-of-the-power | cause: derivative of the power
+@ti.func
+def d2psi_dF2(F, C, D):
+    J = F.determinant()
+    G = F.inverse().transpose()
+    I1 = (F.transpose() @ F).trace()
+    a = 2 * C * J ** (-2 / 3)
+    H = ti.Matrix.zero(float, 9, 9)
+    for m, n in ti.ndrange(3, 3):
+        dF = ti.Matrix.zero(float, 3, 3)
+        dF[m, n] = 1.0
+        dG = -G @ dF.transpose() @ G
+        dJ = J * G[m, n]
+        dI = 2 * F[m, n]
+        da = 2 / 3 * a * G[m, n]
+        dP = da * (F - I1 / 3 * G) + a * (dF - dI / 3 * G - I1 / 3 * dG)
+        dP += 2 * D * ((2 * J - 1) * dJ * G + (J - 1) * J * dG)
+        for i, j in ti.ndrange(3, 3):
+            H[3 * i + j, 3 * m + n] = dP[i, j]
+    return H
+
+
+# wrong: J-too-often | cause: derivative of J
+@ti.func
+def d2psi_dF2(F, C, D):
+    J = F.determinant()
+    G = F.inverse().transpose()
+    I1 = (F.transpose() @ F).trace()
+    a = 2 * C * J ** (-2 / 3)
+    H = ti.Matrix.zero(float, 9, 9)
+    for m, n in ti.ndrange(3, 3):
+        dF = ti.Matrix.zero(float, 3, 3)
+        dF[m, n] = 1.0
+        dG = -G @ dF.transpose() @ G
+        dJ = J * G[m, n]
+        dI = 2 * F[m, n]
+        da = -2 / 3 * a * G[m, n]
+        dP = da * (F - I1 / 3 * G) + a * (dF - dI / 3 * G - I1 / 3 * dG)
+        dP += 2 * D * (2 * (2 * J - 1) * dJ * G + (J - 1) * J * dG)
+        for i, j in ti.ndrange(3, 3):
+            H[3 * i + j, 3 * m + n] = dP[i, j]
+    return H
+
+
+# wrong: factor-of-dG | cause: factor of dG
+@ti.func
+def d2psi_dF2(F, C, D):
+    J = F.determinant()
+    G = F.inverse().transpose()
+    I1 = (F.transpose() @ F).trace()
+    a = 2 * C * J ** (-2 / 3)
+    H = ti.Matrix.zero(float, 9, 9)
+    for m, n in ti.ndrange(3, 3):
+        dF = ti.Matrix.zero(float, 3, 3)
+        dF[m, n] = 1.0
+        dG = -G @ dF.transpose() @ G
+        dJ = J * G[m, n]
+        dI = 2 * F[m, n]
+        da = -2 / 3 * a * G[m, n]
+        dP = da * (F - I1 / 3 * G) + a * (dF - dI / 3 * G - I1 / 3 * dG)
+        dP += 2 * D * ((2 * J - 1) * dJ * G + 2 * (J - 1) * J * dG)
+        for i, j in ti.ndrange(3, 3):
+            H[3 * i + j, 3 * m + n] = dP[i, j]
+    return H
+
+
+# wrong: columns-by-a-sum | cause: other numbers
+@ti.func
+def d2psi_dF2(F, C, D):
+    J = F.determinant()
+    G = F.inverse().transpose()
+    I1 = (F.transpose() @ F).trace()
+    a = 2 * C * J ** (-2 / 3)
+    H = ti.Matrix.zero(float, 9, 9)
+    for m, n in ti.ndrange(3, 3):
+        dF = ti.Matrix.zero(float, 3, 3)
+        dF[m, n] = 1.0
+        dG = -G @ dF.transpose() @ G
+        dJ = J * G[m, n]
+        dI = 2 * F[m, n]
+        da = -2 / 3 * a * G[m, n]
+        dP = da * (F - I1 / 3 * G) + a * (dF - dI / 3 * G - I1 / 3 * dG)
+        dP += 2 * D * ((2 * J - 1) * dJ * G + (J - 1) * J * dG)
+        for i, j in ti.ndrange(3, 3):
+            H[3 * i + j, m + n] += dP[i, j]
+    return H
+
+
+# right: change-by-change
+@ti.func
+def d2psi_dF2(F, C, D):
+    J = F.determinant()
+    G = F.inverse().transpose()
+    I1 = (F.transpose() @ F).trace()
+    a = 2 * C * J ** (-2 / 3)
+    H = ti.Matrix.zero(float, 9, 9)
+    for m, n in ti.ndrange(3, 3):
+        dF = ti.Matrix.zero(float, 3, 3)
+        dF[m, n] = 1.0
+        dG = -G @ dF.transpose() @ G
+        dJ = J * G[m, n]
+        dI = 2 * F[m, n]
+        da = -2 / 3 * a * G[m, n]
+        dP = da * (F - I1 / 3 * G) + a * (dF - dI / 3 * G - I1 / 3 * dG)
+        dP += 2 * D * ((2 * J - 1) * dJ * G + (J - 1) * J * dG)
+        for i, j in ti.ndrange(3, 3):
+            H[3 * i + j, 3 * m + n] = dP[i, j]
+    return H
