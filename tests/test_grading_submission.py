@@ -207,8 +207,11 @@ def test_a_class_graded_as_another_assignment_is_told_so(tmp_path):
     (note,) = graded.notes
     assert note.startswith("ada, bob and cyd: by what the functions take, solids is answered")
     assert "graded as cloth" in note
+    (note,) = gradable(tmp_path / "class" / "ada", TABLE).about.notes
+    assert note == "By what its functions take it answers solids, and it was graded as cloth."
     table = tasks.assignment("solids")
-    handed = submission.collect(tmp_path / "class" / "ada", table)
+    handed = gradable(tmp_path / "class" / "ada", table)
+    assert handed.about.notes == ()
     assert meant.told({"ada": handed}, table) == []
 
 

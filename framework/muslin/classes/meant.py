@@ -12,7 +12,7 @@ from muslin.classes.finding import Submission
 from muslin.grading.choosing import listed
 from muslin.grading.submission import Handed, named_by, texts
 from muslin.grading.views.text import one_line
-from muslin.tasks.guessing import fits, known
+from muslin.tasks.guessing import another
 
 
 def believed(handed: Handed, submission: Submission, table: tasks.Assignment) -> Handed:
@@ -36,15 +36,10 @@ def believed(handed: Handed, submission: Submission, table: tasks.Assignment) ->
 
 def told(collected: Mapping[str, Handed], table: tasks.Assignment) -> list[str]:
     """Notes on submissions whose functions take what another assignment asks, and nowhere what this one does."""
-    others = {name: other for name, other in known().items() if name != paths.bare(table.name)}
     found: dict[str, list[str]] = {}
     for name, handed in collected.items():
-        files = texts(handed.files)
-        if handed.unreadable or fits(files, table):
-            continue
-        fit = {other: fits(files, others[other]) for other in others}
-        if any(fit.values()):
-            found.setdefault(max(fit, key=lambda other: fit[other]), []).append(name)
+        if not handed.unreadable and (other := another(texts(handed.files), table)):
+            found.setdefault(other, []).append(name)
     return [
         f"{listed(names)}: by what the functions take, {other} is answered, and this class is graded as {table.name}. "
         f"Grade with: --assignment {other}"

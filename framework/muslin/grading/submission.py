@@ -13,7 +13,7 @@ import json
 import os
 import sys
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 from muslin.base import child, paths
@@ -21,7 +21,7 @@ from muslin.base.errors import MuslinError
 from muslin.grading.choosing import shown
 from muslin.grading.record import Submission
 from muslin.tasks import EXPERIMENTS, MANIFEST, Assignment, named_in
-from muslin.tasks.guessing import fitting, known
+from muslin.tasks.guessing import another, fitting, known
 
 #: What the process that reads a submission may take: address space [bytes], processor time and, should the system
 #: not see to that, time by the clock [s].
@@ -177,6 +177,9 @@ def gradable(submission: Path | str | Handed, table: Assignment, supposed: bool 
             if supposed
             else "",
         )
+    if other := another(texts(handed.files), table):
+        note = f"By what its functions take it answers {other}, and it was graded as {table.name}."
+        return replace(handed, about=replace(handed.about, notes=(*handed.about.notes, note)))
     return handed
 
 

@@ -55,6 +55,15 @@ def fits(files: Mapping[str, str], table: Assignment) -> int:
     )
 
 
+def another(files: Mapping[str, str], table: Assignment) -> str:
+    """The assignment whose functions these are, where none takes what this one asks; empty if there is none."""
+    if fits(files, table):
+        return ""
+    fit = {name: fits(files, other) for name, other in known().items()}
+    best = max(fit, key=lambda name: fit[name], default="")
+    return best if best and fit[best] else ""
+
+
 def signatures(text: str) -> dict[str, list[str]]:
     """Functions that begin in the first column of a file, and what they take; also of one that Python cannot read."""
     found = {}
