@@ -54,6 +54,24 @@ def test_a_mesh_in_other_units_is_remarked_upon_and_scaled_away(written):
     assert "0.004 m across" in remarks(scenes.get("drape", mesh=flag, scale=1e-5))[0]
 
 
+def test_a_budget_that_leaves_no_vertex_to_add_is_remarked_upon():
+    few = {"adaptive": True, "resolution": 8}
+    (remark,) = remarks(scenes.get("drape", budget=64, **few))
+    assert "64 vertices to begin with, and budget = 64" in remark
+    assert remarks(scenes.get("drape", budget=65, **few)) == ()
+    assert remarks(scenes.get("drape", budget=64, resolution=8)) == ()
+
+
+def test_both_cloths_fall_of_a_mesh_that_is_handed_over_as_of_one_that_is_read(written):
+    flag = load(written("flag.obj", FLAG))
+    runs = [
+        muslin.simulate("freefall", mesh=each, scale="fit", steps=2)
+        for each in (flag, str(written("flag.obj", FLAG)))
+    ]
+    assert len(runs[0].x) == 2 * len(flag.vertices)
+    assert np.array_equal(runs[0].x, runs[1].x)
+
+
 @pytest.mark.parametrize("scale", ["0", "-1", "big", "nan", "", "1e400"])
 def test_a_scale_that_makes_no_sense_is_refused(scale):
     with pytest.raises(MuslinError, match="scale ="):

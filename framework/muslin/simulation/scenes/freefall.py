@@ -5,6 +5,7 @@ steps would, and the cloth at rest must stay at rest in its own frame.
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -19,9 +20,9 @@ class FreeFall(Scene):
 
     cloths: str = "both"
 
-    def load_mesh(self) -> Mesh:
-        """The scene's mesh, twice where both cloths fall."""
-        mesh = super().load_mesh()
+    def scaled(self, mesh: Any) -> Any:
+        """A mesh at the scene's `scale`, twice where both cloths fall."""
+        mesh = super().scaled(mesh)
         if self.cloths not in ("both", "curled", "rest"):
             raise MuslinError(f"cloths = {self.cloths!r} is not understood.", "Write both, curled or rest.")
         if self.cloths != "both":

@@ -264,7 +264,7 @@ class Scene:
     def remarks(self, mesh: Mesh | TetMesh, pinned: np.ndarray) -> tuple[str, ...]:
         """What a person should know of a mesh in this scene before it is simulated.
 
-        What was left out or changed when it was read, and a size or pins that do not fit the scene.
+        What was left out or changed when it was read, and a size, pins or a budget that do not fit the scene.
 
         Parameters
         ----------
@@ -286,6 +286,11 @@ class Scene:
             said.append(
                 f"pinned = 'corners' holds {len(pinned)} vertex of {mesh.name!r} (number {where}), not two: "
                 f"no other is as high. To hold others: {_two_ends(mesh)}, by their numbers from 0."
+            )
+        if self.adaptive and (count := len(mesh.vertices)) >= self.budget:
+            said.append(
+                f"The {self.WORD} {mesh.name!r} has {count} vertices to begin with, and budget = {self.budget} allows "
+                "no more: nothing is refined. Set a larger budget, or begin with fewer."
             )
         return tuple(said)
 
