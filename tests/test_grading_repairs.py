@@ -788,6 +788,14 @@ def test_a_line_in_the_wrong_place_and_an_entry_for_the_whole_are_told(assignmen
             "a factor is missing in `U`: `diag(d2psi_ds2 @ ds)`",
             "U @ diag(d2psi_ds2 @ ds)",
         ),
+        (  # one case is wrong, and many a change makes it right by chance
+            "filter_velocity",
+            "d = n[0] * v[0] + n[1] * v[1]\nP = ti.Matrix.identity(float, 3) - n.outer_product(n)\nw = 1.0 * v\n"
+            "if d < 0.0:\n    w = P @ v\nreturn w",
+            1,
+            "something is missing in",
+            "n[0] * v[0] + n[1] * v[1] + n[2] * v[2]",
+        ),
         (  # a value that is overwritten before it is read
             "dpsi_ds",
             "g = 2 * mu * ti.Vector([s[0] - 1, s[1] - 1, 0.0])\n"

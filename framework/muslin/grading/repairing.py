@@ -25,7 +25,7 @@ from muslin.grading.needs import IMPOSSIBLE, Needs, Spread, Target
 from muslin.grading.numbers import numbers
 from muslin.grading.pairs import pairs
 from muslin.grading.pointing import Place, pointed
-from muslin.grading.rivals import likeliest
+from muslin.grading.rivals import leads_to_what_is_known, likeliest
 from muslin.grading.stacking import Stack
 from muslin.grading.telling import idle, told
 from muslin.judging.reference import TOLERANCE
@@ -58,6 +58,9 @@ RIVALS, LONGER = 12, 120_000
 
 #: Share of the cases in which a quantity must be finite to be called by its name: elsewhere a branch is not taken.
 MOST_FINITE = 0.8
+
+#: Cases that are wrong, of which many changes make right by chance.
+FEW_WRONG = 2
 
 #: Most entries of the results that are wrong where several slips are looked for.
 PARTS = 4
@@ -175,6 +178,7 @@ class Search(Needs):
     def found(self) -> Repair | None:
         """The plainest change that makes all results right, or those entries that are asked for."""
         spare: Repair | None = None
+        by_chance: list[Repair] = []
         most = TRIED_IN_LOOPS if self.meaning.widened else TRIED if self.asked.all() else TRIED_APART
         plain = self.changes.plain()
         small = itertools.chain(self.changes.unused(), plain, numbers(self), multiples(self))
@@ -198,11 +202,20 @@ class Search(Needs):
                 enough = found and (len(found) == RIVALS or spent - since > LONGER or not self.asked.all())
                 if enough or often or spent > share * SPENT:
                     break
-            if found:
+            if found and self._by_chance(found):
+                by_chance += found
+            elif found:
                 return told(self, likeliest(self, found))
+        if by_chance:
+            return told(self, likeliest(self, by_chance))
         if spare is None and self.asked.all():
             spare = next(made(self), None)
         return spare and told(self, spare)
+
+    def _by_chance(self, found: list[Repair]) -> bool:
+        """Whether so few cases are wrong that many changes do, and none of these leads to what is known."""
+        few = self.wrong.any(axis=1).sum() <= FEW_WRONG and self.asked.all() and not self.meaning.widened
+        return bool(few and not any(leads_to_what_is_known(self, change) for change in found))
 
     def pointed(self) -> Repair | None:
         """Where it goes wrong, whatever belongs there."""

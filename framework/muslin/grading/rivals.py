@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from muslin.grading.needs import IMPOSSIBLE
 from muslin.reading.repairs import KINDS, Repair
 
 if TYPE_CHECKING:
@@ -49,7 +50,10 @@ def likeliest(search: Search, found: Sequence[Repair]) -> Repair:
         first = min(same, key=lambda change: (_taken_for_another(change), change.line))
     if scores[0] >= CLOSE * best and KINDS.index(found[0].kind) <= KINDS.index(first.kind):
         alike = [found[0], *alike]
-    other = next((change for change in alike if _as_plain(change, first)), None)
+    others = alike
+    if _turns(first):  # a sign may be lost in many a line: the next best is told, too
+        others = [*alike, *(change for change in found if _turns(change))]
+    other = next((change for change in others if _as_plain(change, first)), None)
     return first if other is None else replace(first, instead=other)
 
 
@@ -57,6 +61,23 @@ def _taken_for_another(change: Repair) -> bool:
     """Whether a change is made when another one is meant: a length of one takes a factor away, -= a minus elsewhere."""
     less = change.detail == "augmented" and "in place of -=" in change.words
     return less or change.detail == "normalized"
+
+
+def _turns(change: Repair) -> bool:
+    """Whether a change turns a sign."""
+    return change.kind in ("sign", "turned") or "sign is wrong" in change.words
+
+
+def leads_to_what_is_known(search: Search, change: Repair) -> bool:
+    """Whether the line that is changed comes to a quantity with a name, or to the result; so of other changes."""
+    node = search.whole(change)
+    line = search.line(node) if node is not None else None
+    if node is None or line is None or isinstance(search.changes.scope.parent(line), ast.If):
+        return True
+    try:
+        return _is_known(search, _seen(search, change), id(line))
+    except IMPOSSIBLE:
+        return True
 
 
 def _of_a_name(search: Search, change: Repair) -> bool:
