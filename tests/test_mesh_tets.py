@@ -250,6 +250,15 @@ def test_the_command_says_what_a_mesh_is(made, name, expected, tmp_path, monkeyp
         assert words in said
 
 
+def test_the_command_knows_muslins_meshes_by_their_names(tmp_path, monkeypatch, capsys):
+    from muslin import cli
+
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.setattr("sys.argv", ["muslin", "mesh", "course-square"])
+    cli.main()
+    assert capsys.readouterr().out.startswith("course-square: a surface of ")
+
+
 def test_the_command_refuses_what_is_no_mesh(tmp_path, monkeypatch, capsys):
     from muslin import cli
 

@@ -116,13 +116,18 @@ def play(
 @app.command()
 def mesh(
     file: Annotated[
-        Path, typer.Argument(help="A mesh of triangles or tetrahedra, in any format Muslin reads.")
+        Path,
+        typer.Argument(
+            help="Triangles or tetrahedra, in any format Muslin reads; or one of Muslin's meshes by its name."
+        ),
     ],
 ) -> None:
     """Say what a mesh file holds, or why it can be neither cloth nor a solid."""
+    from muslin.base import paths
     from muslin.mesh.describing import describe
 
-    for line in describe(file):
+    shipped = paths.meshes() / f"{file}.obj"
+    for line in describe(shipped if shipped.is_file() and not file.exists() else file):
         say(line)
 
 
