@@ -152,10 +152,7 @@ def reset(
     undo: Annotated[bool, typer.Option("--undo", help="Put back what the last reset took away.")] = False,
     functions: Functions = None,
 ) -> None:
-    """Put a function, or a whole file, back to what was given; with --undo, back to what you had.
-
-    A copy of what is replaced is kept in .muslin/backup.
-    """
+    """Put a function, or a file, back to what was given (a copy is kept); with --undo, back to what you had."""
     from muslin.student import resetting
     from muslin.student.workspace import find
 
