@@ -11,6 +11,7 @@ import pytest
 from muslin import tasks
 from muslin.base import paths
 from muslin.grading import diagnosis
+from muslin.grading.marching import Marching
 from muslin.judging import reference
 from muslin.reading.arithmetic import Unclear
 from muslin.reading.source import Source
@@ -127,3 +128,88 @@ def test_what_never_ends_is_given_up():
 def test_a_slip_is_told_with_its_line_and_what_belongs_there(right, wrong, words):
     assert right in RIGHT
     assert words in told(RIGHT.replace(right, wrong))
+
+
+HELPED = """
+def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps):
+    def enough(x, d, t, g):
+        return objective(x + t * d) <= objective(x) + 1e-4 * t * (g @ d)
+
+    for _ in range(most_steps):
+        g = gradient(x)
+        if np.abs(g).max() <= tolerance / 2:
+            break
+        d = solve(hessian(x), -g)
+        t = 1.0
+        for _ in range(50):
+            if enough(x, d, t, g):
+                break
+            t = 0.5 * t
+        else:
+            t = 1.0
+        x = x + t * d
+    return x
+"""
+
+LISTED = """
+def newtons_method(x, objective, gradient, hessian, solve, tolerance, most_steps):
+    x = x.copy()
+    for _ in range(most_steps):
+        g = gradient(x)
+        if np.linalg.norm(g) <= tolerance:
+            break
+        d = -np.linalg.solve(hessian(x), g)
+        here, slope = objective(x), float(g @ d)
+        parts = [0.5**k for k in range(40)]
+        x += d * next((t for t in parts if objective(x + t * d) <= here + 1e-4 * t * slope), 1.0)
+    return x
+"""
+
+
+def marching(text, got=None):
+    inputs, expected = reference.cases("solids", "newtons_method")
+    return Marching(text, TASK, inputs, got, expected[0], np.ones(30), "solids")
+
+
+@pytest.mark.parametrize("text", [RIGHT, HELPED, LISTED])
+def test_nothing_is_seen_on_a_right_way(text):
+    right = marching(text)
+    assert right.right({})
+    with np.errstate(all="ignore"):
+        assert right.sound({})
+        assert [seen for case in right.cases.values() for seen in right.seen({}, case)] == []
+
+
+@pytest.mark.parametrize(
+    ("text", "right", "wrong", "words"),
+    [
+        (
+            HELPED,
+            "t = 0.5 * t",
+            "t = t - 0.1",
+            "after x + d, x + 0.9 d is tried: that is not half of the step",
+        ),
+        (HELPED, "t = 0.5 * t", "t = 1.5 * t", "the step grows: after x + d, x + 1.5 d is tried"),
+        (HELPED, "t = 0.5 * t", "s = 0.5 * t", "the same point x + d is tried again and again"),
+        (HELPED, "range(50)", "range(3)", "x + d is taken, where the objective is infinite"),
+        (HELPED, "x = x + t * d", "y = x + t * d", "the same system is solved again: x has not moved"),
+        (HELPED, "-g)", "-g - x)", "the right side that solve is given is not -g"),
+        (HELPED, "1e-4 *", "0.9 *", "the objective falls by 0.5 of the promise: enough, yet"),
+        (
+            LISTED,
+            "range(40)",
+            "range(1, 40)",
+            "the first point tried is x + 0.5 d: the whole step, x + d, is not",
+        ),
+    ],
+)
+def test_what_is_seen_on_a_wrong_way_is_told(text, right, wrong, words):
+    assert right in text
+    with np.errstate(all="ignore"):
+        seen = marching(text.replace(right, wrong, 1)).watched()
+    assert words in seen.words
+
+
+def test_a_change_that_breaks_a_property_is_none():
+    text = RIGHT.replace("np.linalg.norm(g) > tolerance", "g[0] > tolerance")
+    assert "`np.linalg.norm(g)` belongs" in told(text)
