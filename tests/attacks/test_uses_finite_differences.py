@@ -1,7 +1,8 @@
 """Attack 19: a derivative by finite differences, or a library call, where the derivation is asked.
 
-Defence: a policy, not a trick: the tolerance is finer than any finite difference reaches; a library call that is
-right to the last digits is a right answer. Nothing is refused silently.
+Defence: a policy, not a trick: the limit is finer than plain differences with a small step reach. Those that are exact
+(large steps of a polynomial, complex steps) pass, and are against the rules of the course; a library call that is right
+is a right answer. Nothing is refused silently.
 """
 
 FD = """
