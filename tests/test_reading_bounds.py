@@ -54,6 +54,11 @@ def refused(read, *arguments):
         "return 200000000 * (0,)",
         "t = (0,) * 1000\nreturn t + t",
         "t = (0, 0)\nfor k in range(60):\n    t = (t, t)\nreturn np.array(t)",
+        "return np.zeros((64, 64, 64, 64, 64))",
+        "return np.zeros(shape=(10 ** 9,))",
+        "return np.eye(3, M=10 ** 9)",
+        "a = [0] * 32\nfor k in range(6):\n    b = [0] * 32\n"
+        "    for i in range(32):\n        b[i] = a\n    a = b\nreturn x",
         "a = 7\nfor k in range(4):\n    a = a ** 60\nreturn a",
         "a = 7\na **= 60\nreturn a",
         "a = 7 ** 22\nreturn a * a * a",

@@ -81,5 +81,13 @@ def repeated(a: Any, b: Any) -> None:
 
 
 def _held(value: Sequence[Any]) -> int:
-    """How many numbers a tuple holds; of what is in it that has been asked already."""
-    return sum(_held(one) if isinstance(one, (tuple, list)) else max(1, np.size(one)) for one in value)
+    """How many numbers a tuple holds with all that is in it, as far as that is not too many."""
+    found, todo = 0, list(value)
+    while todo and found + len(todo) <= HELD:
+        one = todo.pop()
+        if isinstance(one, (tuple, list)):
+            todo += one
+            found += not one
+        else:
+            found += max(1, np.size(one))
+    return found + len(todo)

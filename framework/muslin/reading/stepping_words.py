@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import ast
+import math
 import operator
 from collections.abc import Callable, Mapping
 from typing import Any
@@ -30,11 +31,16 @@ def _few(function: Callable[..., Any]) -> Callable[..., Any]:
 
     def made(*arguments: Any, **others: Any) -> Any:
         sizes = [abs(n) for a in arguments for n in np.ravel(np.asarray(a, dtype=np.float64))]
-        if not all(n <= ENTRIES for n in sizes):
+        if others.keys() - {"dtype"} or not math.prod(max(n, 1.0) for n in sizes) <= ENTRIES**2:
             raise Unclear
         return function(*arguments, **others)
 
     return made
+
+
+def _like(function: Callable[..., Any]) -> Callable[..., Any]:
+    """A function that makes an array of another one's shape, and of no other."""
+    return lambda of, dtype=None: function(of, dtype=dtype)
 
 
 def _arange(*arguments: Any) -> np.ndarray:
@@ -48,12 +54,13 @@ def _arange(*arguments: Any) -> np.ndarray:
 NUMPY: Mapping[str, Callable[..., Any]] = {
     "sqrt": np.sqrt, "abs": np.abs, "dot": np.dot, "inner": np.inner, "sum": np.sum, "max": np.max, "min": np.min,
     "isfinite": np.isfinite, "isinf": np.isinf, "isnan": np.isnan, "array": np.array, "copy": np.copy,
-    "asarray": np.asarray, "zeros_like": np.zeros_like, "exp": np.exp, "log": np.log, "all": np.all, "any": np.any,
+    "asarray": np.asarray, "zeros_like": _like(np.zeros_like), "exp": np.exp, "log": np.log,
+    "all": np.all, "any": np.any,
     "norm": np.linalg.norm, "solve": np.linalg.solve, "inv": np.linalg.inv, "float64": np.float64,
     "amax": np.max, "amin": np.min, "absolute": np.abs, "fabs": np.abs, "square": np.square, "power": np.power,
     "vdot": np.vdot, "matmul": np.matmul, "maximum": np.maximum, "minimum": np.minimum, "mean": np.mean,
     "negative": np.negative, "where": np.where, "array_equal": np.array_equal, "hypot": np.hypot,
-    "asfarray": np.asarray, "ones_like": np.ones_like, "zeros": _few(np.zeros), "ones": _few(np.ones),
+    "asfarray": np.asarray, "ones_like": _like(np.ones_like), "zeros": _few(np.zeros), "ones": _few(np.ones),
     "eye": _few(np.eye), "identity": _few(np.eye), "arange": _arange, "argmin": np.argmin, "argmax": np.argmax,
     "less_equal": np.less_equal, "multiply": np.multiply, "subtract": np.subtract, "add": np.add,
     "nan_to_num": np.nan_to_num, "isclose": np.isclose, "allclose": np.allclose,
