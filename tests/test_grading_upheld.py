@@ -66,6 +66,24 @@ def test_a_change_by_which_every_property_holds_is_told_by_check_and_by_the_grad
     assert said in failed.diagnosis
 
 
+@pytest.mark.parametrize(
+    ("condition", "status"),
+    [
+        ("gap != 0.0", "wrong"),
+        ("abs(gap) > 1e-13", "wrong"),
+        ("abs(gap) > 1e-9", "green"),
+        ("abs(gap) > 2e-3", "green"),
+    ],
+)
+def test_a_quotient_of_rounding_errors_is_wrong_and_any_threshold_between_is_right(
+    condition, status, tmp_path
+):
+    written(tmp_path, "stiffness.py", "eigensystem", eigensystem(condition))
+    (report,) = examine(tmp_path, "cloth", ("eigensystem",))
+    assert report.status == status, report.message
+    assert ("one rounding error divided by another" in report.mistake) == (status == "wrong")
+
+
 def test_nothing_is_told_of_a_text_that_is_not_understood(tmp_path):
     body = """
     d = v.dot(n)

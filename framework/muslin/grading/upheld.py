@@ -148,12 +148,13 @@ def _change(
 
 
 def _size(change: Repair) -> float:
-    """Of several numbers that will do in one place: the smallest, which leaves the least room for others."""
+    """Of several numbers that will do in one place: none at all first, and then the largest, which guards best."""
     (new,) = list(change.changes.values())[:1]
     try:
-        return abs(float(ast.literal_eval(new)))
+        size = abs(float(ast.literal_eval(new)))
     except (ValueError, TypeError):
         return math.inf
+    return -size if size else -math.inf
 
 
 def _right(search: Search, change: Repair) -> bool:

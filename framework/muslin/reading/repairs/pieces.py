@@ -140,7 +140,7 @@ def ratio(stands: float, belongs: float) -> str:
     if not belongs or not stands:
         return ""
     fraction = Fraction(stands / belongs).limit_denominator(24)
-    if abs(float(fraction) - stands / belongs) > 1e-9:
+    if not fraction or abs(float(fraction) - stands / belongs) > 1e-9:
         return ""
     if fraction == -1:
         return ", it has the wrong sign"
