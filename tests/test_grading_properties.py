@@ -191,7 +191,7 @@ OTHERWISE = {
     "dpsi_dF": [P_as_sum],
     "nodal_force": [f_by_columns],
     "d2psi_dFij": [dP_as_sum],
-    "eigensystem": [limit_at(1e-3), limit_at(1e-6), limit_at(0)],
+    "eigensystem": [limit_at(1e-3), limit_at(1e-6), limit_at(1e-9)],
     "sphere_contact": [contact_squared],
     "filter_velocity": [filter_in_parts, filter_by_minimum],
 }
@@ -441,6 +441,7 @@ WRONG = {
     "eigensystem": [
         ("no limit", "flip through equal stretches", no_limit),
         ("the gap no smaller than 1e-6", "flip through equal stretches", guarded_gap),
+        ("the limit at no gap alone", "flip where the stretches nearly meet", lambda right, **a: limit_at(0)(**a)),
         ("half of the limit", "flip is continuous", limit_wrong),
         ("twist and flip exchanged", "flip is continuous", columns(1, 0, 2, 3)),
         ("twist and out_0 exchanged", "exchanging s_0 and s_1", columns(0, 2, 1, 3)),
@@ -524,7 +525,7 @@ def test_one_number_that_is_not_finite_breaks_every_property(right, task, number
 
 
 #: What the seed "one" draws, on every machine; another draw anywhere in properties.py changes it.
-DRAWN = "b71980fd94de4e365e4a100d13c6f38a756c33496dbe1c8a03c0951e2a8c9207"
+DRAWN = "909a93fee46949e30dd1a5b36cb968b4dea7e8680f29ee323a346861bc9da403"
 
 
 def digest(seed):
