@@ -107,9 +107,7 @@ class Refinement:
     def _ages(self, known: int) -> list[np.ndarray]:
         """Vertices from number `known` on, those with one `born` together: their parents' is smaller."""
         if not (least := self.vertices - self.added) <= known <= self.vertices:
-            raise MeshError(
-                f"There are {known} values.", f"It takes {least} to {self.vertices}, one a vertex."
-            )
+            raise MeshError(f"There are {known} values for {least} to {self.vertices} vertices.")
         later = np.arange(known, self.vertices)
         ages = self.born[later]
         return [later[ages == age] for age in np.unique(ages)]

@@ -3,6 +3,8 @@
 As `muslin.reading.meaning`, for functions that are not compiled: they count in loops of any length and call functions
 they are given, and functions of their own. One input at a time; nothing of the text is ever executed, and whatever is
 not listed raises `Unclear`. What is asked of the functions that are given is noted: it shows which way was taken.
+
+Longer than others: one walk over Python's statements and expressions, a method for each kind.
 """
 
 from __future__ import annotations

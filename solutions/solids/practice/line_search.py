@@ -9,11 +9,11 @@ import numpy as np
 
 from muslin.judging import Seen, Way
 
-#: Share of what the slope promises that is enough; what is rounding, relative; a step too short to be judged, relative.
-ENOUGH, ROUNDING, SHORT = 1e-4, 1e-9, 1e-6
+from .steps import ROUNDING, along, falls, multiple, near, part, same, to
 
-#: Parts of the step by which a line search may have given up.
-TINY = 1e-5
+#: Share of what the slope promises that is enough; a step too short to be judged, relative; part of the step by which a
+#: line search may have given up.
+ENOUGH, SHORT, TINY = 1e-4, 1e-6, 1e-5
 
 
 def watched_newtons_method(way: Way) -> Iterator[Seen]:
@@ -64,11 +64,11 @@ class _Walk:
             if not self.judged:
                 if (
                     np.linalg.norm(self.g) > self.tolerance
-                    and _near(point, self.x + self.d)
+                    and near(point, self.x + self.d)
                     and name != "objective"
                 ):
                     self._move(point, 1.0)
-                elif name in self.fresh and _same(point, self.x):
+                elif name in self.fresh and same(point, self.x):
                     self.fresh[name] = True
                 continue
             if name == "objective":
@@ -99,16 +99,16 @@ class _Walk:
         if self.solves == 3:
             words = f"in step {self.steps + 1}, the same system is solved again: x has not moved"
             yield Seen("stays", line, words, "x + t d is the new x: keep it, and begin the next step there.")
-        if not _same(b, self.g) and not _same(b, -self.g):
-            old = [p for p in self.past if _same(abs(b), abs(self.gradient(p)))]
-            if old and not _same(old[-1], self.x):
+        if not same(b, self.g) and not same(b, -self.g):
+            old = [p for p in self.past if same(abs(b), abs(self.gradient(p)))]
+            if old and not same(old[-1], self.x):
                 yield Seen(
                     "old gradient",
                     self.lines.get("gradient", line),
                     f"the gradient used in step {self.steps + 1} is that of an earlier x, not asked again at this one",
                     "Each step needs gradient(x) at its own x: ask within the loop, after x has moved.",
                 )
-            elif (times := _multiple(b, self.g)) is not None:
+            elif (times := multiple(b, self.g)) is not None:
                 yield Seen(
                     "right side",
                     line,
@@ -122,8 +122,8 @@ class _Walk:
                     f"the right side that solve is given is not -g, the gradient at {x}",
                     "H d = -g.",
                 )
-        if not _same(A, self.H):
-            old = [p for p in self.past if _same(A, self.hessian(p))]
+        if not same(A, self.H):
+            old = [p for p in self.past if same(A, self.hessian(p))]
             if old:
                 yield Seen(
                     "old hessian",
@@ -138,7 +138,7 @@ class _Walk:
 
     def _looked(self, point: np.ndarray, line: int) -> Iterator[Seen]:
         """The objective is asked somewhere."""
-        if _same(point, self.x):
+        if same(point, self.x):
             return
         s = self._offset(point)
         if s is not None:
@@ -152,13 +152,13 @@ class _Walk:
         size = float(point @ self.d / (self.d @ self.d)) if np.isfinite(point).all() else 0.0
         if not np.isfinite(point).all():
             words = f"{what} a point that is not finite"
-        elif size and _near(point, size * self.d):
-            words = f"{what} {_part(size)}d, and not at {_to(size)}: x is not added"
-        elif size := _multiple(point - self.x, self.g) or 0.0:
+        elif size and near(point, size * self.d):
+            words = f"{what} {part(size)}d, and not at {to(size)}: x is not added"
+        elif size := multiple(point - self.x, self.g) or 0.0:
             words = f"{what} a point along the gradient from x, not along d = solve(H, -g)"
-        elif any(_same(point, p) for p in self.past):
+        elif any(same(point, p) for p in self.past):
             words = f"{what} an earlier x, not at the one that has been reached"
-        elif self.past and _along(point - self.past[-1], self.d):
+        elif self.past and along(point - self.past[-1], self.d):
             words = f"{what} a point that is d away from an earlier x, not from the one that has been reached"
         else:
             words = f"{what} a point that does not lie on x + t d, the way from x in Newton's direction"
@@ -166,10 +166,10 @@ class _Walk:
 
     def _went(self, name: str, point: np.ndarray, line: int) -> Iterator[Seen]:
         """Gradient or Hessian are asked somewhere: at x, or where it has gone."""
-        if _same(point, self.x):
+        if same(point, self.x):
             self.fresh[name] = True
             return
-        if any(_same(point, p) for p in self.past):
+        if any(same(point, p) for p in self.past):
             return  # `_solved` says what comes of it
         s = self._offset(point)
         if s is None:
@@ -184,7 +184,7 @@ class _Walk:
         self.steps, self.part = self.steps + 1, s
         self._stand(point)
 
-    def _falls(self, s: float) -> float:
+    def falls(self, s: float) -> float:
         """By which share of what the slope promises the objective falls at x + s d; NaN where rounding hides it."""
         there = self.objective(self.x + s * self.d) if np.isfinite(s) else np.inf
         if not np.isfinite(there):
@@ -206,14 +206,14 @@ class _Walk:
                 yield Seen(
                     "untried",
                     line,
-                    f"{which}x goes untried to {_to(end)}, where the objective {_falls(share)}",
+                    f"{which}x goes untried to {to(end)}, where the objective {falls(share)}",
                     "Compare the objective there with the one here; while it has not fallen enough, halve the step.",
                 )
             elif end != 1 and not np.isnan(share):
                 yield Seen(
                     "untried",
                     line,
-                    f"{which}x goes to {_to(end)}: the whole step, x + d, was not tried",
+                    f"{which}x goes to {to(end)}: the whole step, x + d, was not tried",
                     "Try the whole step first.",
                 )
             return
@@ -228,14 +228,14 @@ class _Walk:
                 return
             if shares[k] >= ENOUGH and (end is None or s != end):
                 rest = (
-                    f"x goes on to {_to(end)}"
+                    f"x goes on to {to(end)}"
                     if end is not None and k + 1 == len(tried)
                     else "the search goes on"
                 )
                 yield Seen(
                     "refused",
                     at,
-                    f"{which}at {_to(s)} the objective falls by {shares[k]:.2g} of the promise: enough, yet {rest}",
+                    f"{which}at {to(s)} the objective falls by {shares[k]:.2g} of the promise: enough, yet {rest}",
                     "The next x is the first x + t d whose objective is at most objective(x) + 1e-4 t g^T d.",
                 )
                 return
@@ -245,7 +245,7 @@ class _Walk:
                 yield Seen(
                     "taken",
                     at,
-                    f"{which}{tries}{_to(s)} is taken, where the objective {_falls(shares[k])}",
+                    f"{which}{tries}{to(s)} is taken, where the objective {falls(shares[k])}",
                     "Enough is objective(x) + 1e-4 t g^T d; g^T d is negative: that is below objective(x).",
                 )
                 return
@@ -253,7 +253,7 @@ class _Walk:
             yield Seen(
                 "untried",
                 line,
-                f"{which}x goes to {_to(end)}, which was not tried; {_to(tried[-1][0])} was, at last",
+                f"{which}x goes to {to(end)}, which was not tried; {to(tried[-1][0])} was, at last",
                 "Go to the very point that was found good enough.",
             )
 
@@ -266,42 +266,42 @@ class _Walk:
                 yield Seen(
                     "uphill",
                     at,
-                    f"{which}the first point tried is {_to(s)}, where d = solve(H, -g): that is uphill",
+                    f"{which}the first point tried is {to(s)}, where d = solve(H, -g): that is uphill",
                     "H d = -g, and x + t d.",
                 )
             elif s != 1 and self.steps and s == self.part:
                 yield Seen(
                     "not whole",
                     at,
-                    f"{which}the first point tried is {_to(s)}: the step is not set back to 1",
+                    f"{which}the first point tried is {to(s)}: the step is not set back to 1",
                     "Every direction deserves to be tried whole: begin each line search with 1.",
                 )
             elif s != 1:
                 yield Seen(
                     "not whole",
                     at,
-                    f"{which}the first point tried is {_to(s)}: the whole step, x + d, is not",
+                    f"{which}the first point tried is {to(s)}: the whole step, x + d, is not",
                     "Try the whole step first.",
                 )
         elif same:
             yield Seen(
                 "again",
                 at,
-                f"{which}the same point {_to(s)} is tried again and again",
+                f"{which}the same point {to(s)} is tried again and again",
                 "Halve the step, and ask at x + t d with the t that has been halved.",
             )
         elif abs(s) > abs(before):
             yield Seen(
                 "grows",
                 at,
-                f"{which}the step grows: after {_to(before)}, {_to(s)} is tried",
+                f"{which}the step grows: after {to(before)}, {to(s)} is tried",
                 "Where it is not good enough the step must become shorter: t = t / 2.",
             )
         elif abs(s / before - 0.5) > 1e-6 and s > 1e-6:
             yield Seen(
                 "other part",
                 at,
-                f"{which}after {_to(before)}, {_to(s)} is tried: that is not half of the step",
+                f"{which}after {to(before)}, {to(s)} is tried: that is not half of the step",
                 "Of the step the whole, 1/2, 1/4 ... are tried: t = t / 2.",
             )
 
@@ -315,8 +315,8 @@ class _Walk:
         end = np.asarray(end, dtype=np.float64)
         if end.shape != self.x.shape or not np.isfinite(end).all():
             return
-        if not _same(end, self.x) and self.judged:
-            if any(_same(end, p) for p in self.past):
+        if not same(end, self.x) and self.judged:
+            if any(same(end, p) for p in self.past):
                 yield Seen(
                     "returns",
                     0,
@@ -398,44 +398,3 @@ class _Walk:
                 "it never ends: a loop goes on whose condition does not change any more",
                 "What does the loop wait for, and which line in it changes that?",
             )
-
-
-def _same(a: np.ndarray, b: np.ndarray) -> bool:
-    """Whether two arrays agree up to rounding."""
-    size = np.abs(a).max() + np.abs(b).max()
-    return bool(a.shape == b.shape and np.isfinite(size) and np.abs(a - b).max() <= 1e-12 * size)
-
-
-def _near(a: np.ndarray, b: np.ndarray) -> bool:
-    return bool(np.abs(a - b).max() <= ROUNDING * (np.abs(a).max() + np.abs(b).max()))
-
-
-def _multiple(a: np.ndarray, b: np.ndarray) -> float | None:
-    """The s of a = s b, if there is one."""
-    if not np.isfinite(a).all() or not b @ b:
-        return None
-    s = float(a @ b / (b @ b))
-    return s if s and _near(a, s * b) else None
-
-
-def _along(a: np.ndarray, b: np.ndarray) -> bool:
-    return _multiple(a, b) is not None
-
-
-def _part(s: float) -> str:
-    """A part of the step as one writes it before d."""
-    return "" if s == 1 else f"{s:.4g} "
-
-
-def _to(s: float) -> str:
-    """A point on the way."""
-    return f"x {'-' if s < 0 else '+'} {_part(abs(s))}d"
-
-
-def _falls(share: float) -> str:
-    """How far the objective falls, in words."""
-    if share == -np.inf:
-        return "is infinite"
-    if share <= 0:
-        return "is higher than at x"
-    return f"falls by {share:.2g} of what the slope promises, and 1e-4 is asked"
