@@ -151,5 +151,6 @@ def test_the_demo_of_a_cape_films_it_and_tells_its_energies(tmp_path):
     for file in ("cape.mp4", "cape.png", "cape-energies.png", "run/energies.csv"):
         assert (tmp_path / file).is_file()
     assert "0.0333 s" in said[0]
-    assert "kinetic" in said[1]
+    assert said[1].strip() == "Energies [J]"
+    assert "kinetic" in said[2]
     assert demo_cape.SHOWN["steps"] * demo_cape.SHOWN["dt"] >= 8
