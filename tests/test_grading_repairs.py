@@ -733,6 +733,25 @@ def test_a_line_in_the_wrong_place_and_an_entry_for_the_whole_are_told(assignmen
 @pytest.mark.parametrize(
     ("task", "body", "line", "words", "right"),
     [
+        (
+            "eigensystem",
+            "p, q = dpsi_ds[0], dpsi_ds[1]\nout = ti.Vector([0.0, 0.0, 0.0, 0.0])\n"
+            "near = abs(s[0] - s[1]) < 1e-3\nflip = (p - q) / ti.select(near, 1.0, s[0] - s[1])\n"
+            "out[0] = ti.select(near, d2psi_ds2[0, 0] - d2psi_ds2[0, 1], flip)\n"
+            "out[1] = (p + q) / max(s[0] + s[1], 1e-6)\nout[2] = p / max(s[0], 1e-6)\n"
+            "out[2] = q / max(s[1], 1e-6)\nreturn out",
+            8,
+            "should get",
+            "out[3] = q / max(s[1], 1e-06)",
+        ),
+        (
+            "dpsi_ds",
+            "e = s[0] + s[1] + s[2] - 3\nout = ti.Vector([0.0, 0.0, 0.0])\nfor i in ti.static(range(2)):\n"
+            "    out[i] = 2 * mu * (s[i] - 1) + lam * e\nreturn out",
+            1,
+            "`s[2]` stands where `1` belongs",
+            "s[0] + s[1] + 1 - 3",
+        ),
         ("dpsi_dF", "return U @ diag(dpsi_ds) @ V", 1, "a transpose is missing", "V.transpose()"),
         (
             "psi",

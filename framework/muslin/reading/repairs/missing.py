@@ -164,6 +164,8 @@ def _numbered(scope: Scope, node: ast.expr, parts: Iterable[tuple[str, ast.expr]
             f"a factor is missing at {here}: {text}",
             times(inner, part),
         )
+        if text_of(part) == text_of(node):
+            continue  # that makes one of it: it is what stands there that is not right
         words = f"a division is missing at {here}: by {text}"
         yield "lacks factor", f"/{text}{like(node)}", words, ast.BinOp(inner, ast.Div(), part)
 

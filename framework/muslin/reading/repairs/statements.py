@@ -79,8 +79,10 @@ def _targets(scope: Scope, node: ast.Assign | ast.AugAssign) -> Iterator[Repair]
         others = [ast.Name(key, ast.Store()) for key in known if scope.variables.get(key) == own]
     elif isinstance(target, ast.Subscript):
         parts = target.slice.elts if isinstance(target.slice, ast.Tuple) else [target.slice]
+        own = scope.variables.get(target.value.id) if isinstance(target.value, ast.Name) else None
         for k, part in enumerate(parts):
-            choices: list[ast.expr] = [ast.Constant(i) for i in range(3)]
+            rows = own[k] if own and k < len(own) else 3
+            choices: list[ast.expr] = [ast.Constant(i) for i in range(rows)]
             choices += [name(key) for key in sorted(scope.loops)]
             for choice in choices:
                 if text_of(choice) != text_of(part):
