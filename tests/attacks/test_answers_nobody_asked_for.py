@@ -8,7 +8,7 @@ should judging fail all the same, that is the verdict of one task.
 import pytest
 from attacking import BYSTANDER, LEVEL, TARGET, TASKS, honest, public_sizes
 
-from muslin.grading import checks, diagnosis
+from muslin.grading import checks
 
 DEEP = """
 import json
@@ -86,14 +86,14 @@ def _fails_the_law_and_nothing_else(attack, what, level):
 
 @pytest.mark.parametrize("error", [MemoryError(), RecursionError(), ZeroDivisionError()])
 def test_judging_that_fails_is_the_verdict_of_one_task(attack, monkeypatch, tmp_path, error):
-    diagnose = diagnosis.diagnose
+    compare = checks.reference.compare
 
     def failing(task, *rest):
         if task.name == "filter_velocity":
             raise error
-        return diagnose(task, *rest)
+        return compare(task, *rest)
 
-    monkeypatch.setattr(checks.diagnosis, "diagnose", failing)
+    monkeypatch.setattr(checks.reference, "compare", failing)
     wrong = honest().replace("v - d * n", "v + d * n")
     record = attack({TARGET: wrong}, instead_of={TARGET: honest()})
     assert record["filter_velocity"].status == "failed"

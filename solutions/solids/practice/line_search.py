@@ -184,7 +184,7 @@ class _Walk:
         self.steps, self.part = self.steps + 1, s
         self._stand(point)
 
-    def falls(self, s: float) -> float:
+    def _falls(self, s: float) -> float:
         """By which share of what the slope promises the objective falls at x + s d; NaN where rounding hides it."""
         there = self.objective(self.x + s * self.d) if np.isfinite(s) else np.inf
         if not np.isfinite(there):
