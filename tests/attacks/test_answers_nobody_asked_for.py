@@ -89,9 +89,10 @@ def test_judging_that_fails_is_the_verdict_of_one_task(attack, monkeypatch, tmp_
     compare = checks.reference.compare
 
     def failing(task, *rest):
-        if task.name == "filter_velocity":
+        found = compare(task, *rest)
+        if task.name == "filter_velocity" and not found.ok:  # the honest one is compared, too
             raise error
-        return compare(task, *rest)
+        return found
 
     monkeypatch.setattr(checks.reference, "compare", failing)
     wrong = honest().replace("v - d * n", "v + d * n")
