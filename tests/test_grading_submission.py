@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import shutil
 import warnings
 import zipfile
@@ -207,6 +208,10 @@ def test_a_class_graded_as_another_assignment_is_told_so(tmp_path):
     (note,) = graded.notes
     assert note.startswith("ada, bob and cyd: by what the functions take, solids is answered")
     assert "graded as cloth" in note
+    with open(tmp_path / "report" / "grades.csv", encoding="utf-8") as stream:
+        assert all(
+            "it answers solids, and it was graded as cloth" in row["notes"] for row in csv.DictReader(stream)
+        )
     (note,) = gradable(tmp_path / "class" / "ada", TABLE).about.notes
     assert note == "By what its functions take it answers solids, and it was graded as cloth."
     table = tasks.assignment("solids")

@@ -66,6 +66,16 @@ def test_a_change_by_which_every_property_holds_is_told_by_check_and_by_the_grad
     assert said in failed.diagnosis
 
 
+def test_what_switches_a_guard_off_is_not_told_before_what_mends_it(tmp_path):
+    text = (paths.source("cloth") / "stiffness.py").read_text(encoding="utf-8")
+    assert "abs(gap) > 1e-5 and" in text
+    (tmp_path / "stiffness.py").write_text(
+        text.replace("abs(gap) > 1e-5 and", "gap > 1e-5 and"), encoding="utf-8"
+    )
+    (report,) = examine(tmp_path, "cloth", ("eigensystem",))
+    assert "where `abs(gap)` belongs" in report.mistake
+
+
 @pytest.mark.parametrize(
     ("condition", "status"),
     [

@@ -22,7 +22,7 @@ from muslin.classes.whose import assigned
 from muslin.classes.work import Job, Result, Terms, edition
 from muslin.grading.grader import instructors_data
 from muslin.grading.record import from_json
-from muslin.grading.submission import Handed, answered, gather
+from muslin.grading.submission import Handed, answered, gather, noted
 from muslin.grading.views.text import one_line, points
 from muslin.tasks.guessing import USUAL
 
@@ -314,7 +314,9 @@ def _collected(
         handed = gather(submission.sources, submission.name, table)
         if not submission.sources:
             return replace(handed, unreadable=NOT_THERE)
-        return handed if asked_for or handed.unreadable else meant.believed(handed, submission, table)
+        if not (asked_for or handed.unreadable):
+            handed = meant.believed(handed, submission, table)
+        return noted(handed, table)
 
     with ThreadPoolExecutor(runtime.usable_cores()) as pool:
         return dict(zip([s.key for s in found], pool.map(read, found), strict=True))

@@ -177,10 +177,15 @@ def gradable(submission: Path | str | Handed, table: Assignment, supposed: bool 
             if supposed
             else "",
         )
-    if other := another(texts(handed.files), table):
-        note = f"By what its functions take it answers {other}, and it was graded as {table.name}."
-        return replace(handed, about=replace(handed.about, notes=(*handed.about.notes, note)))
-    return handed
+    return noted(handed, table)
+
+
+def noted(handed: Handed, table: Assignment) -> Handed:
+    """What was handed in, with a note where its functions are those of another assignment."""
+    if handed.unreadable or not (other := another(texts(handed.files), table)):
+        return handed
+    note = f"By what its functions take it answers {other}, and it was graded as {table.name}."
+    return replace(handed, about=replace(handed.about, notes=(*handed.about.notes, note)))
 
 
 def gather(sources: Sequence[Source], name: str, table: Assignment) -> Handed:

@@ -37,6 +37,10 @@ TRIED, SPENT = 4000, 250_000
 #: Kinds of changes that are left out: where only rare inputs tell, too many of these only hide what is wrong.
 LEFT_OUT = ("operation", "power", "brackets", "extra")
 
+#: Kinds that are tried first, and last: where public cases are right it is mostly how a guard measures; another
+#: condition or another name may switch it off.
+FIRST, LAST = ("length",), ("condition", "name", "index")
+
 #: What more inputs are drawn from, on which properties must hold after a change: few let too many through.
 MORE = ("a", "b", "c", "d")
 
@@ -133,7 +137,8 @@ def _change(
     if held(meaning.results)[: len(came)] != came:
         return None  # it is not read as it runs
     found: list[Repair] = []
-    plain = (c for c in search.changes.plain() if c.kind not in LEFT_OUT or c.detail == "augmented")
+    plain = [c for c in search.changes.plain() if c.kind not in LEFT_OUT or c.detail == "augmented"]
+    plain.sort(key=lambda c: (c.kind not in FIRST) + (c.kind in LAST))
     for change in itertools.islice(plain, TRIED):
         if search.spent + meaning.spent > SPENT or (
             found and change.changes.keys() != found[0].changes.keys()
